@@ -11,11 +11,10 @@ use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::output::ResultDir;
+pub(crate) use crate::output::{CANCELLED, RESULT};
 use crate::shapes::{InputRecord, WorldFrame, WorldRecord, scale_of_records};
 use shapespace_input::memory;
 
-/// The file with the record.
-pub(crate) const RESULT: &str = "result.json";
 /// The page that shows it, if there is one.
 pub(crate) const PAGE: &str = "report.html";
 
@@ -195,8 +194,6 @@ pub(crate) fn certified(certificate: &Certificate) -> &'static str {
     }
 }
 
-/// The name of [`Status::Cancelled`].
-pub(crate) const CANCELLED: &str = "cancelled";
 /// The status of a successful computation.
 pub(crate) const CONVERGED: &str = "converged";
 

@@ -69,9 +69,13 @@ impl Session<'_> {
             minutes: self.checkpoint.minutes,
         };
         if self.is_first() {
-            Checkpointer::new(place, &self.progress)
+            Checkpointer::new(place, &self.progress, self.interrupt.clone())
         } else {
-            Ok(Checkpointer::without(place, &self.progress))
+            Ok(Checkpointer::without(
+                place,
+                &self.progress,
+                self.interrupt.clone(),
+            ))
         }
     }
 
@@ -85,7 +89,8 @@ impl Session<'_> {
         self.processes.rank() == 0
     }
 
-    /// Ends the checkpoints of a computation, which are removed when its result is written.
+    /// Ends the checkpoints of a computation, which are removed when its result is written, and kept if that was
+    /// interrupted.
     pub fn ended(&self, checkpointer: Checkpointer<'_>) {
         let work = checkpointer.finish();
         *self.obsolete.lock().unwrap_or_else(PoisonError::into_inner) = work;
@@ -293,8 +298,13 @@ fn execute<C: Command, const D: usize>(
         .obsolete
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
-    if let Some(work) = obsolete.take() {
-        work.remove()?;
+    let work = obsolete.take();
+    match &work {
+        Some(work) if summary.interrupted => session.progress.note(format!(
+            "the same command goes on from the checkpoint in '{}'",
+            work.path().display()
+        )),
+        _ => work.map_or(Ok(()), WorkDir::remove)?,
     }
     session.progress.finish();
     summary.print(&target)?;

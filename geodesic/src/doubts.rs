@@ -12,7 +12,7 @@ impl<const D: usize> Geodesic<D> {
     /// Returns the doubts about the path, computed with these parameters: a minimiser that did not
     /// converge, a path that does not arrive at the end shape, one that arrives with other parts and holes, one that
     /// merges and splits more than its ends differ in, one that
-    /// lacks what is hidden, and a determinant at its lower bound.
+    /// lacks what is hidden, shapes that leave the box, and a determinant at its lower bound.
     pub fn doubts(&self, params: &GeodesicParams) -> Vec<Doubt> {
         let ended = f64::from(u8::from(!self.status.converged()));
         // The boundary of a hidden part is unknown.
@@ -23,6 +23,7 @@ impl<const D: usize> Geodesic<D> {
             Doubt::overlap(Cause::PathEnd, self.dice_end, self.gap_end),
             Doubt::check(Cause::Topology, self.other_topology as f64),
             Doubt::check(Cause::NeedlessContacts, self.needless_contacts as f64),
+            Doubt::check(Cause::OutsideBox, self.outside),
             self.whole_end.and_then(|whole| whole.doubt()),
         ];
         let doubts = doubts.into_iter().flatten();

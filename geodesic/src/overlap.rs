@@ -7,7 +7,8 @@ use crate::level_sets::compose;
 use crate::shape::{Shape, ShapeOnGrid, union_of};
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::criteria::RESOLVED_DISTANCE;
-use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, centroid, contour};
+use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, LevelsetError};
+use levelset::{centroid, contour, share_outside};
 use serde::Serialize;
 
 /// Dice overlap from which a path ends near the end shape.
@@ -312,6 +313,24 @@ fn common<const D: usize>(
             f64::INFINITY
         },
     }
+}
+
+/// Returns the largest share of a deformed start shape that lies outside of the box of the grid.
+pub(crate) fn largest_share_outside<const D: usize>(
+    start: &ScalarField<f64, D>,
+    displacements: &[Field<f64, D, D>],
+) -> Result<f64, GeodesicError> {
+    let outline = contour(start, 0.0, BoxEdge::Closed)?;
+    let mut most: f64 = 0.0;
+    for displacement in displacements {
+        match share_outside(&moved(&outline, displacement), start.grid()) {
+            Ok(share) => most = most.max(share),
+            // A shape without a volume has none outside.
+            Err(LevelsetError::EmptyContour) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(most)
 }
 
 #[cfg(test)]

@@ -11,9 +11,11 @@ use crate::lagrangian::{
 };
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
-use crate::overlap::{End, Overlaps, WholeOverlap, carried_overlaps, moved, overlaps, worst};
+use crate::overlap::{
+    End, Overlaps, WholeOverlap, carried_overlaps, largest_share_outside, moved, overlaps, worst,
+};
 use crate::params::{DomainChoice, Form, GeodesicParams};
-use crate::shape::{Known, Shape, check_known, on_grid, union_of};
+use crate::shape::{Shape, check_known, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
@@ -79,6 +81,10 @@ pub struct Geodesic<const D: usize> {
     /// Number of contacts beyond the parts, holes and tunnels in which the shapes differ.
     #[serde(skip_serializing_if = "is_zero")]
     pub needless_contacts: usize,
+    /// The largest share of a shape of the path that lies outside of the box of the grid, where the level sets are cut
+    /// off; of paths of one domain.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub outside: f64,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -406,6 +412,7 @@ pub(crate) fn of_domain<const D: usize>(
         levels: path.levels.clone(),
     };
     let mut found = found.finish();
+    found.outside = largest_share_outside(&own, &path.displacements)?;
     if path.domain == Domain::End {
         found.energy.step_energies.reverse();
     }
@@ -446,12 +453,8 @@ pub(crate) fn with_deformations<const D: usize>(
     }
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "the signature that serde calls"
-)]
-fn is_zero(number: &usize) -> bool {
-    *number == 0
+fn is_zero<T: Default + PartialEq>(number: &T) -> bool {
+    *number == T::default()
 }
 
 /// The number of parts, holes and tunnels that one of two objects has and the other one has not. One without a
@@ -506,8 +509,8 @@ fn check_both<const D: usize>(
     params: &GeodesicParams,
 ) -> Result<(), GeodesicError> {
     params.check()?;
-    check(start, "start")?;
-    check(end, "end")?;
+    start.check("start")?;
+    end.check("end")?;
     if start.grid() != end.grid() {
         return Err(GeodesicError::GridsDiffer);
     }
@@ -523,30 +526,6 @@ fn check_both<const D: usize>(
         Form::LevelSets => params.steps,
     };
     check_known(start, end, mismatches)
-}
-
-fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), GeodesicError> {
-    for component in shape.components() {
-        let values = component.as_slice();
-        if let Some(node) = values.iter().position(|u| !u.is_finite()) {
-            return Err(GeodesicError::NotFinite { which, node });
-        }
-        let inside = values.iter().filter(|&&u| u > 0.0).count();
-        if inside == 0 || inside == values.len() {
-            let what = if inside == 0 { "empty" } else { "full" };
-            return Err(GeodesicError::Degenerate { which, what });
-        }
-    }
-    if let Known::Within(weight) = shape.known() {
-        let values = weight.as_slice();
-        if let Some(node) = values.iter().position(|w| !(0.0..=1.0).contains(w)) {
-            return Err(GeodesicError::Weight { which, node });
-        }
-        if weight.grid() != shape.grid() {
-            return Err(GeodesicError::GridsDiffer);
-        }
-    }
-    Ok(())
 }
 
 /// A path in either form, with its figures.
@@ -587,6 +566,7 @@ impl<const D: usize> Found<D> {
             contacts: Vec::new(),
             other_topology: 0,
             needless_contacts: 0,
+            outside: 0.0,
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,

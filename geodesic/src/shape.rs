@@ -96,6 +96,34 @@ impl<const D: usize> Shape<D> {
         union_of(&self.components)
     }
 
+    /// Checks that all components have an inside and an outside, and the visibility.
+    ///
+    /// # Errors
+    /// [`GeodesicError`], with which end of a path it is.
+    pub(crate) fn check(&self, which: &'static str) -> Result<(), GeodesicError> {
+        for component in self.components() {
+            let values = component.as_slice();
+            if let Some(node) = values.iter().position(|u| !u.is_finite()) {
+                return Err(GeodesicError::NotFinite { which, node });
+            }
+            let inside = values.iter().filter(|&&u| u > 0.0).count();
+            if inside == 0 || inside == values.len() {
+                let what = if inside == 0 { "empty" } else { "full" };
+                return Err(GeodesicError::Degenerate { which, what });
+            }
+        }
+        if let Known::Within(weight) = self.known() {
+            let values = weight.as_slice();
+            if let Some(node) = values.iter().position(|w| !(0.0..=1.0).contains(w)) {
+                return Err(GeodesicError::Weight { which, node });
+            }
+            if weight.grid() != self.grid() {
+                return Err(GeodesicError::GridsDiffer);
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the shape at the nodes of a grid of the same box.
     pub(crate) fn on_grid(&self, grid: &Grid<D>) -> ShapeOnGrid<D> {
         let components: Vec<_> = self.components.iter().map(|u| on_grid(grid, u)).collect();

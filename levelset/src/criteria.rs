@@ -131,7 +131,7 @@ const CRITERIA: [Criterion; 40] = [
         limit: Limit::AtMost(0.0),
         reason: "A state at which the minimiser was stopped is not a minimum.",
         remedy: "increase --max-iterations if the limit was reached, use a finer --grid if the minimisation \
-                 stalled, or repeat the command with another --output if it was interrupted",
+                 stalled, or repeat the command if it was interrupted",
     },
     Criterion {
         cause: Cause::RemainingEnergy,

@@ -20,6 +20,7 @@ use fe_grid::minimise::{Control, Iteration, Memory, Observer};
 use crate::error::CliError;
 use crate::grid::longest;
 use crate::history::HistoryPoint;
+use crate::interrupt::Interrupt;
 use crate::output::WorkDir;
 use crate::progress::Progress;
 use crate::watch::ProgressObserver;
@@ -38,6 +39,7 @@ const RUNS_OF_PART: usize = 1 << 20;
 /// The checkpoints of a computation.
 pub(crate) struct Checkpointer<'a> {
     progress: &'a Progress,
+    interrupt: Interrupt,
     store: Store<'a>,
     /// Runs so far.
     runs: usize,
@@ -52,6 +54,8 @@ struct Unsaved {
     run: usize,
     memory: Memory<'static>,
     history: Vec<HistoryPoint>,
+    /// Nodes a side of its grid.
+    nodes: usize,
 }
 
 impl<'a> Checkpointer<'a> {
@@ -59,11 +63,16 @@ impl<'a> Checkpointer<'a> {
     ///
     /// # Errors
     /// [`CliError::OtherWork`] for checkpoints of another computation of the same name.
-    pub fn new(place: Place<'a>, progress: &'a Progress) -> Result<Self, CliError> {
+    pub fn new(
+        place: Place<'a>,
+        progress: &'a Progress,
+        interrupt: Interrupt,
+    ) -> Result<Self, CliError> {
         let store = Store::open(place, progress)?;
         let pending = store.parts().map(|part| part.run).collect();
         Ok(Self {
             progress,
+            interrupt,
             store,
             runs: 0,
             pending,
@@ -72,9 +81,10 @@ impl<'a> Checkpointer<'a> {
     }
 
     /// No checkpoints: another process stores them.
-    pub fn without(place: Place<'a>, progress: &'a Progress) -> Self {
+    pub fn without(place: Place<'a>, progress: &'a Progress, interrupt: Interrupt) -> Self {
         Self {
             progress,
+            interrupt,
             store: Store::none(place),
             runs: 0,
             pending: BTreeSet::new(),
@@ -107,13 +117,17 @@ impl<'a> Checkpointer<'a> {
         grids: &[Grid<D>],
     ) {
         self.runs = part * RUNS_OF_PART;
+        if self.interrupt.asked() {
+            return;
+        }
         let is_of_part = |run: usize| run / RUNS_OF_PART == part;
         self.pending.retain(|run| !is_of_part(*run));
         self.unsaved.retain(|old| !is_of_part(old.run));
-        if !self.store.is_enabled() || !self.store.is_due() && self.keep(memory, &[]) {
+        let nodes = grids.last().map_or(0, longest);
+        if !self.store.is_enabled() || !self.store.is_due() && self.keep(memory, &[], nodes) {
             return;
         }
-        if let Err(error) = self.store(memory, &[], grids.last().map_or(0, longest)) {
+        if let Err(error) = self.store(memory, &[], nodes) {
             self.progress
                 .note(format!("warning: no checkpoint: {error}"));
         }
@@ -128,10 +142,18 @@ impl<'a> Checkpointer<'a> {
         }
     }
 
-    /// The folder of the checkpoints, if there are any, to be removed when the result is written.
-    pub fn finish(self) -> Option<WorkDir> {
-        // Interrupted before the last run to resume: the checkpoint is beyond the result.
-        self.store.into_work().filter(|_| self.pending.is_empty())
+    /// The folder of the checkpoints, if there are any, to be removed when the whole result is written. After an
+    /// interruption it has the results of all runs that have ended.
+    pub fn finish(mut self) -> Option<WorkDir> {
+        let is_kept = self.interrupt.asked() && self.store.is_enabled();
+        if let Some(last) = self.unsaved.pop().filter(|_| is_kept) {
+            self.runs = last.run;
+            if let Err(error) = self.store(&last.memory, &last.history, last.nodes) {
+                self.progress
+                    .note(format!("warning: no checkpoint: {error}"));
+            }
+        }
+        self.store.into_work()
     }
 
     /// The memory to resume this run from.
@@ -148,7 +170,7 @@ impl<'a> Checkpointer<'a> {
     }
 
     /// Keeps a result until the next checkpoint; `false` where there is no room.
-    fn keep(&mut self, memory: &Memory<'_>, history: &[HistoryPoint]) -> bool {
+    fn keep(&mut self, memory: &Memory<'_>, history: &[HistoryPoint], nodes: usize) -> bool {
         let run = self.runs;
         self.unsaved.retain(|old| old.run != run);
         let unsaved: usize = self.unsaved.iter().map(|old| old.memory.bytes()).sum();
@@ -158,6 +180,7 @@ impl<'a> Checkpointer<'a> {
                 run,
                 memory: memory.clone().into_owned(),
                 history: history.to_vec(),
+                nodes,
             });
         }
         has_room
@@ -172,7 +195,7 @@ impl<'a> Checkpointer<'a> {
     ) -> Result<(), CliError> {
         for old in std::mem::take(&mut self.unsaved) {
             if old.run != self.runs {
-                self.add(old.run, &old.memory, &old.history, nodes)?;
+                self.add(old.run, &old.memory, &old.history, old.nodes)?;
             }
         }
         self.add(self.runs, memory, history, nodes)
@@ -228,17 +251,19 @@ impl Observer for Checked<'_, '_> {
 
     fn memory(&mut self, memory: &Memory<'_>) {
         let all = &mut *self.checkpointer;
-        // What is repeated before the last run to resume is older than the checkpoints.
-        if !all.store.is_enabled() || !all.pending.is_empty() {
+        // What is repeated before the last run to resume is older than the checkpoints; what follows an interruption
+        // begins with a run that has not ended.
+        if !all.store.is_enabled() || !all.pending.is_empty() || all.interrupt.asked() {
             return;
         }
         let history = &self.watch.history()[self.first..];
-        if !all.store.is_due() && (memory.ended.is_none() || all.keep(memory, history)) {
+        let nodes = self.watch.nodes();
+        if !all.store.is_due() && (memory.ended.is_none() || all.keep(memory, history, nodes)) {
             return;
         }
         // A checkpoint is useful only after an interruption: a failure to write it does not end the
         // computation.
-        if let Err(error) = all.store(memory, history, self.watch.nodes()) {
+        if let Err(error) = all.store(memory, history, nodes) {
             self.watch.note(format!("warning: no checkpoint: {error}"));
         }
     }

@@ -90,7 +90,7 @@ pub(super) fn checkpoint(bytes: &[u8]) -> bool {
         fingerprint: Fingerprint::new(&toml::Table::new(), Vec::new()),
         minutes: 0.0,
     };
-    let Ok(mut checkpointer) = Checkpointer::new(place, &progress) else {
+    let Ok(mut checkpointer) = Checkpointer::new(place, &progress, Interrupt::of_call()) else {
         return false;
     };
     let is_there = checkpointer.has_runs();

@@ -11,6 +11,7 @@ use shapespace_picture::Canvas;
 
 use super::OutputError;
 use super::handle::Handle;
+use super::interrupted::{give_way, is_interrupted};
 use super::kept::Kept;
 use super::staging::{Folder, new_file, renamed};
 
@@ -177,7 +178,7 @@ impl ResultDir {
         }
     }
 
-    /// Renames the directory to its target.
+    /// Renames the directory to its target, from which an interrupted result gives way.
     ///
     /// # Errors
     /// [`OutputError::Exists`] where the name has been taken in the meantime,
@@ -195,10 +196,12 @@ impl ResultDir {
         };
         match self.origin {
             Origin::Temporary(staging) => {
+                give_way(&self.target)?;
                 renamed(&self.inner, &self.target).map_err(failed)?;
                 drop(staging);
             }
             Origin::Work(handle, lock, held) => {
+                give_way(&self.target)?;
                 renamed(&self.inner, &self.target).map_err(failed)?;
                 // Held until now, so that no other run begins to use the directory.
                 let lock = handle.path().join(lock);
@@ -228,10 +231,12 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     })
 }
 
-/// The folder of a target, and the target without a slash or a dot at its end.
+/// The folder of a target, and the target without a slash or a dot at its end. Interrupted results give way to those of
+/// the same name.
 pub(super) fn check_target(target: &Path) -> Result<(PathBuf, PathBuf), OutputError> {
     let plain = plain_name(target);
-    if plain.file_name().is_none() || fs::symlink_metadata(&plain).is_ok() {
+    let is_taken = fs::symlink_metadata(&plain).is_ok() && !is_interrupted(&plain);
+    if plain.file_name().is_none() || is_taken {
         return Err(OutputError::Exists {
             path: target.into(),
         });

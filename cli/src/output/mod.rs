@@ -5,6 +5,7 @@ mod arrays;
 mod directory;
 pub mod energy;
 mod handle;
+mod interrupted;
 mod json;
 mod kept;
 pub mod matrix;
@@ -26,6 +27,7 @@ use fe_grid::Field;
 use shapespace_report::chart::{Chart, stacked};
 
 pub use directory::{ResultDir, write_new_file};
+pub(crate) use interrupted::{CANCELLED, RESULT};
 pub use json::write_json;
 pub(crate) use kept::Kept;
 pub use kept::{KeptArray, KeptNumbers};
@@ -88,7 +90,7 @@ impl OutputError {
     pub fn help(&self) -> &'static str {
         match self {
             Self::Exists { .. } => {
-                "choose another name, or move the old results away; nothing is overwritten"
+                "choose another name, or move the old results away; nothing is overwritten (interrupted results are renamed)"
             }
             Self::NoParent { .. } => "create it first, or choose another place",
             Self::Busy { .. } => "wait for it to end, or choose another name",

@@ -371,7 +371,11 @@ fn ctrl_c_writes_what_is_reached() {
     assert!(nodes < 1025);
     let steps = results.numbers("/step_energies").len();
     check(&results, steps, &[nodes, nodes]);
-    assert_eq!(place.listing(), ["bars", "out"]);
+    let listing = place.listing();
+    assert!(
+        listing.starts_with(&["bars".to_owned(), "out".to_owned()]),
+        "{listing:?}"
+    );
 }
 
 /// A square of 33 x 33 samples with a bar across, labelled 1 left of a border and 2 right of it.

@@ -8,14 +8,13 @@ use super::space::{Ladder, PathSpace};
 use crate::cells::object_cells;
 use crate::error::GeodesicError;
 use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
-use crate::overlap::moved;
+use crate::overlap::largest_share_outside;
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, scale};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
-use levelset::{BoxEdge, LevelsetError, contour, share_outside};
 
 /// Deformations of one start shape, a part of a path.
 #[derive(Clone, Debug)]
@@ -54,7 +53,7 @@ impl<const D: usize> Extension<D> {
     /// Measures what has left the box.
     fn measured(mut self) -> Result<Self, GeodesicError> {
         for piece in &self.pieces {
-            let found = outside(&piece.start, &piece.displacements)?;
+            let found = largest_share_outside(&piece.start, &piece.displacements)?;
             self.outside = self.outside.max(found);
         }
         Ok(self)
@@ -286,7 +285,7 @@ fn shoot_in<const D: usize>(
     let energy = space.energy(&identity, &first)?.unwrap_or(f64::INFINITY);
     shot.step_energies.insert(0, energy);
     shot.certificate = Certificate::worst([shot.certificate, certificate(start, given)]);
-    shot.outside = shot.outside.max(outside(start, given)?);
+    shot.outside = shot.outside.max(largest_share_outside(start, given)?);
     // There is at least one piece, which continues from the first deformation.
     let piece = &mut shot.pieces[0];
     piece.from = identity;
@@ -428,24 +427,6 @@ fn at_end_in<const D: usize>(
     axpy(1.0, variation.as_slice(), moved.as_mut_slice());
     let (shape, mut fields) = regridded(start, last, &[&moved], params)?;
     Ok((shape, fields.swap_remove(0)))
-}
-
-/// Returns the largest share of a deformed start shape that lies outside of the box of the grid.
-fn outside<const D: usize>(
-    start: &ScalarField<f64, D>,
-    displacements: &[Field<f64, D, D>],
-) -> Result<f64, GeodesicError> {
-    let outline = contour(start, 0.0, BoxEdge::Closed)?;
-    let mut most: f64 = 0.0;
-    for displacement in displacements {
-        match share_outside(&moved(&outline, displacement), start.grid()) {
-            Ok(share) => most = most.max(share),
-            // A shape without a volume has none outside.
-            Err(LevelsetError::EmptyContour) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(most)
 }
 
 /// Returns the certificate of the worst of some deformations inside a start shape.
