@@ -128,7 +128,7 @@ fn shooting_gives_back_a_geodesic() {
     check_shooting(
         &ball::<3>(17, 0.24),
         &ellipsoid(17, [0.3, 0.22, 0.2], 0.0),
-        3,
+        2,
     );
 }
 

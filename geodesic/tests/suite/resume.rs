@@ -71,7 +71,8 @@ fn check<const D: usize>(ends: &[Shape<D>; 2], params: &GeodesicParams) -> usize
         last >= params.steps.ilog2() as usize && kept.len() > last,
         "{last}"
     );
-    for memory in kept.iter().filter(|one| one.0 + 1 >= last) {
+    // Some of the last two runs: each costs a path.
+    for memory in kept.iter().filter(|one| one.0 + 1 >= last).step_by(4) {
         let mut tape = Tape::offering(std::slice::from_ref(memory));
         assert_same(&path(&mut tape), &whole);
         assert!(tape.offered.is_empty());
