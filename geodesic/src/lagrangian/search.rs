@@ -17,6 +17,8 @@ const SAME_VALLEY: f64 = 0.02;
 /// Largest 95th percentile of the distances of both boundaries, in cells, where a path to targets ends near the other
 /// shape.
 const NEAR_TARGETS: f64 = 3.0;
+/// Least overlap there with a shape of which a part is hidden.
+const OVERLAP_OF_VISIBLE: f64 = 0.8;
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
@@ -165,13 +167,13 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// The path whose last deformation is attracted to the targets of the shape's volume, on the domain on which it has
-    /// less energy; none for shapes of which a part is hidden, or that have many points on all coarse grids.
+    /// less energy; none for shapes of which parts of both are hidden, or that have many points on all coarse grids.
     fn path_to_targets(
         &mut self,
         observer: &mut dyn Observer,
     ) -> Result<Option<Candidate<D>>, GeodesicError> {
         let last = self.coarse[self.coarse.len() - 1];
-        if self.ended() || self.start.hidden() || self.end.hidden() {
+        if self.ended() || self.start.hidden() && self.end.hidden() {
             return Ok(None);
         }
         let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
@@ -210,8 +212,11 @@ impl<'a, const D: usize> Search<'a, D> {
         let report = &self.reports[found.report];
         let elastic = report.steps as f64 * report.energy.step_energies.iter().sum::<f64>();
         let longer = found.end.reached() && towards.path.total >= elastic;
-        let arrival = towards.end.arrival.as_ref();
-        if self.ended() || longer || arrival.is_none_or(|end| end.percentile_95 > NEAR_TARGETS) {
+        let is_near = match &towards.end.arrival {
+            Some(end) => end.percentile_95 <= NEAR_TARGETS,
+            None => towards.end.dice >= OVERLAP_OF_VISIBLE,
+        };
+        if self.ended() || longer || !is_near {
             return Ok(found);
         }
         let Candidate { domain, path, .. } = towards;

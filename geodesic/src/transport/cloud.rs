@@ -10,6 +10,8 @@ pub(super) struct Cloud<const D: usize> {
     grid: Grid<D>,
     pub nodes: Vec<usize>,
     pub points: Vec<[f64; D]>,
+    /// The nodes at which the shape is hidden.
+    pub hidden: Vec<[f64; D]>,
     depths: Vec<f64>,
     /// The place of every node of the grid among those inside.
     places: Vec<Option<usize>>,
@@ -38,11 +40,15 @@ impl PartialOrd for Reached {
 }
 
 impl<const D: usize> Cloud<D> {
-    /// Takes the nodes where a signed distance is positive.
-    pub fn new(distance: &ScalarField<f64, D>) -> Self {
+    /// Takes the nodes where a signed distance is positive; those at which the shape is visible, by weights of the nodes,
+    /// if a part of it is hidden.
+    pub fn new(distance: &ScalarField<f64, D>, visible: Option<&ScalarField<f64, D>>) -> Self {
         let grid = *distance.grid();
         let depth = |node: &usize| distance.as_slice()[*node];
-        let nodes: Vec<usize> = (0..grid.n_nodes()).filter(|n| depth(n) > 0.0).collect();
+        let is_visible =
+            |node: &usize| visible.is_none_or(|weights| weights.as_slice()[*node] > 0.5);
+        let inside = (0..grid.n_nodes()).filter(|node| depth(node) > 0.0);
+        let nodes: Vec<usize> = inside.filter(is_visible).collect();
         let mut places = vec![None; grid.n_nodes()];
         for (place, &node) in nodes.iter().enumerate() {
             places[node] = Some(place);
@@ -50,6 +56,13 @@ impl<const D: usize> Cloud<D> {
         Self {
             points: nodes.iter().map(|&n| grid.position(grid.node(n))).collect(),
             depths: nodes.iter().map(depth).collect(),
+            hidden: match visible {
+                Some(_) => {
+                    let hidden = (0..grid.n_nodes()).filter(|node| !is_visible(node));
+                    hidden.map(|n| grid.position(grid.node(n))).collect()
+                }
+                None => Vec::new(),
+            },
             grid,
             nodes,
             places,
@@ -64,6 +77,14 @@ impl<const D: usize> Cloud<D> {
     /// The squared distance of a point from one of another cloud, in space and depth.
     pub fn apart(&self, i: usize, other: &Self, j: usize) -> f64 {
         squared(&self.points[i], &other.points[j]) + (self.depths[i] - other.depths[j]).powi(2)
+    }
+
+    /// The squared distances of the points from where another cloud is hidden.
+    pub fn apart_from_hidden(&self, other: &Self) -> Vec<f64> {
+        parallel::map(&self.points, &|point| {
+            let hidden = other.hidden.iter().map(|hidden| squared(point, hidden));
+            hidden.fold(f64::INFINITY, f64::min)
+        })
     }
 
     /// The distances of all pairs of points within the shape: the lengths of shortest paths along edges between nodes
@@ -156,13 +177,14 @@ mod tests {
     #[test]
     fn distances_go_around_slits_but_not_between_parts() {
         let grid = Grid::<2>::cube(65);
-        let cloud = Cloud::new(&ScalarField::from_fn(grid, |[x, y]| {
+        let shape = ScalarField::from_fn(grid, |[x, y]| {
             let (dx, dy) = (x - 0.4, y - 0.5);
             let ring = 0.08 - (dx.hypot(dy) - 0.25).abs();
             let slit = if dx > 0.0 { dy.abs() - 0.03 } else { 1.0 };
             let disk = 0.06 - (x - 0.9).hypot(dy);
             [ring.min(slit).max(disk)]
-        }));
+        });
+        let cloud = Cloud::new(&shape, None);
         let nearest = |x: f64, y: f64| {
             let place = |p: &[f64; 2]| (p[0] - x).hypot(p[1] - y);
             let points = cloud.points.iter().enumerate();

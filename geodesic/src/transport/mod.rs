@@ -3,7 +3,8 @@
 //! Minimisers follow the gradient of a mismatch, which is local: where a finger of one hand covers parts of two
 //! fingers of the other one, it may become a part of both. A transport is global. It carries the uniform measure of
 //! one shape to that of the other one such that points move little, and keep their distances within the shape: what is
-//! covered twice has to go elsewhere, and every finger goes to one. It is neither continuous nor an elastic
+//! covered twice has to go elsewhere, and every finger goes to one. Where a part of one shape is hidden,
+//! what is not needed for its visible part is carried to where it is hidden. It is neither continuous nor an elastic
 //! deformation, but a path that is attracted to its targets is a start in the right valley
 //! ([`PathObjective::towards`](crate::PathObjective)).
 //!
@@ -12,7 +13,7 @@
 mod cloud;
 mod plan;
 
-use crate::shape::{Shape, on_grid};
+use crate::shape::{Shape, on_grid, union_of};
 use cloud::Cloud;
 use fe_grid::{Grid, ScalarField, compiled_once};
 use plan::Coupling;
@@ -36,31 +37,38 @@ pub(crate) fn transport<const D: usize>(
     end: &Shape<D>,
     grids: &[Grid<D>],
 ) -> Option<[Targets<D>; 2]> {
-    let [start, end] = [start, end].map(Shape::union);
-    let (grid, clouds) = clouds(&start, &end, grids, TRANSPORTED)?;
+    let on = |grid: &Grid<D>| {
+        [start, end].map(|shape| {
+            let shape = shape.on_grid(grid);
+            let visible = shape.hidden().then(|| shape.visibility()).flatten();
+            Cloud::new(&union_of(&shape.components), visible.as_ref())
+        })
+    };
+    let (grid, clouds) = clouds(&on, grids, TRANSPORTED)?;
     let [there, back] = Coupling::new(&clouds[0], &clouds[1], &grid).targets();
     let finest = grids.last()?;
     let ratio = (grid.spacing() / finest.spacing()).round() as usize;
     let on_finest = |node: usize| finest.node_index(grid.node(node).map(|i| ratio * i));
     let [start, end] = clouds.map(|cloud| cloud.nodes);
-    Some(
-        [(start, there), (end, back)].map(|(nodes, points)| Targets {
-            nodes: nodes.into_iter().map(on_finest).collect(),
+    Some([(start, there), (end, back)].map(|(nodes, points)| {
+        let carried = nodes.into_iter().zip(points);
+        let carried = carried.filter_map(|(node, point)| Some((on_finest(node), point?)));
+        let (nodes, points) = carried.unzip();
+        Targets {
+            nodes,
             points,
             spacing: grid.spacing(),
-        }),
-    )
+        }
+    }))
 }
 
 /// The finest of some grids, from coarse to fine, on which both shapes have few points, and these; `None` where all have
 /// many, or one of the shapes none.
 fn clouds<const D: usize>(
-    start: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
+    on: &dyn Fn(&Grid<D>) -> [Cloud<D>; 2],
     grids: &[Grid<D>],
     most: usize,
 ) -> Option<(Grid<D>, [Cloud<D>; 2])> {
-    let on = |grid: &Grid<D>| [start, end].map(|shape| Cloud::new(&on_grid(grid, shape)));
     let mut found = grids.iter().rev().map(|grid| (*grid, on(grid)));
     let (grid, clouds) = found.find(|(_, both)| both.iter().all(|cloud| cloud.len() <= most))?;
     let empty = clouds.iter().any(|cloud| cloud.nodes.is_empty());
@@ -89,7 +97,8 @@ fn transport_cost_in<const D: usize>(
     start: &ScalarField<f64, D>,
     end: &ScalarField<f64, D>,
 ) -> Option<f64> {
-    let (grid, [from, to]) = clouds(start, end, &start.grid().hierarchy(2), JUDGED)?;
+    let on = |grid: &Grid<D>| [start, end].map(|shape| Cloud::new(&on_grid(grid, shape), None));
+    let (grid, [from, to]) = clouds(&on, &start.grid().hierarchy(2), JUDGED)?;
     let [linear, distances] = Coupling::new(&from, &to, &grid).costs();
     Some(OF_DISTANCES.mul_add(distances, linear))
 }

@@ -3,7 +3,7 @@
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use geodesic::{
-    Geodesic, GeodesicParams, Shape, geodesic_between, geodesics_both_ways, transport_cost,
+    Geodesic, GeodesicParams, Known, Shape, geodesic_between, geodesics_both_ways, transport_cost,
 };
 use levelset::signed_distance;
 
@@ -72,6 +72,30 @@ fn every_finger_becomes_its_own() {
             "{misses:?} {}",
             path.length()
         );
+    }
+}
+
+/// The tips of all fingers of one hand are hidden: without a transport, two of them are cut off where they are seen.
+#[test]
+fn fingers_become_their_own_where_tips_are_hidden() {
+    let nodes = 65;
+    let view = ScalarField::from_fn(Grid::cube(nodes), |[_, y]| [f64::from(u8::from(y < 0.6))]);
+    let seen = |hand: Shape<2>| hand.with_known(Known::Within(view.clone()));
+    let (a, b) = (hand(nodes, &STRAIGHT), hand(nodes, &TURNED));
+    let whole = geodesic_between(&a, &b, &params(), &mut Silent).unwrap();
+    let hidden = [
+        geodesic_between(&a, &seen(b.clone()), &params(), &mut Silent).unwrap(),
+        geodesic_between(&seen(a), &b, &params(), &mut Silent).unwrap(),
+    ];
+    for path in &hidden {
+        assert!(path.end_reached());
+        // Less than the radius of a finger: without a transport, two of them grow anew.
+        let misses = misses(path, &STRAIGHT, &TURNED);
+        assert!(misses.iter().all(|miss| *miss < 0.035), "{misses:?}");
+        // What is hidden costs nothing; the valley that is found is nearly that of the whole hands, and others are three
+        // times as long.
+        let ratio = path.length() / whole.length();
+        assert!((0.5..1.25).contains(&ratio), "{ratio}");
     }
 }
 
