@@ -89,11 +89,10 @@ pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
 /// The record of a directory, and what was found in it.
 ///
 /// # Errors
-/// [`CliError::NoResult`] for a directory without a record.
+/// [`CliError::NoRecord`] for a directory without a record.
 pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
-    let unfit = |reason: String| CliError::NoResult {
+    let unfit = |reason: String| CliError::NoRecord {
         path: directory.into(),
-        command: "average",
         reason,
     };
     let text = read_text(&directory.join(RESULT))

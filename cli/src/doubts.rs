@@ -107,12 +107,20 @@ pub(crate) struct Grouped {
     pub remedy: String,
 }
 
-/// The doubts in words, by cause; of every cause the first.
+/// The doubts in words, by cause; of every cause the first. Those of a file that is given twice are said once.
 pub(crate) fn grouped(doubts: &[DoubtRecord]) -> Vec<Grouped> {
     let groups = doubts.chunk_by(|a, b| a.what == b.what).map(|same| {
-        let mut sentences: Vec<String> = same.iter().take(LISTED).map(sentence).collect();
-        if same.len() > LISTED {
-            sentences.push(and_others(same.len() - LISTED));
+        let mut sentences: Vec<String> = Vec::new();
+        for doubt in same {
+            let text = sentence(doubt);
+            if doubt.shape.is_none() || !sentences.contains(&text) {
+                sentences.push(text);
+            }
+        }
+        let all = sentences.len();
+        sentences.truncate(LISTED);
+        if all > LISTED {
+            sentences.push(and_others(all - LISTED));
         }
         Grouped {
             sentences,
@@ -206,6 +214,8 @@ mod tests {
             text[3]
         );
         assert!(text[4].starts_with("remedy: use"), "{}", text[4]);
+        let twice = named(&[overlap(0, 0.9), overlap(1, 0.9)], ["a", "a"]);
+        assert_eq!(in_words(&twice).len(), 2);
     }
 
     #[test]

@@ -238,6 +238,14 @@ pub enum CliError {
         /// The reason.
         reason: String,
     },
+    /// A directory without the record of a result.
+    #[error("'{}' is not a result of shapespace: {reason}", path.display())]
+    NoRecord {
+        /// The directory.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
     /// A variation that does not fit a geodesic.
     #[error("'{}' is not a variation of the geodesic's first shape: it {reason}", path.display())]
     Variation {
@@ -410,6 +418,7 @@ impl CliError {
             Self::NoResult { command, .. } => {
                 return format!("name a directory that `shapespace {command}` has written").into();
             }
+            Self::NoRecord { .. } => "name a directory that a command has written (-o DIR)",
             Self::Reported(_) => "see the log",
             Self::OneProcess { .. } => "start it without mpirun",
             Self::WithoutMpi { .. } => {

@@ -53,6 +53,16 @@ fn checked(place: &Place, directory: &str, words: &[&str]) -> Option<i32> {
 }
 
 #[test]
+fn what_is_no_result_is_not_checked() {
+    let place = Place::new();
+    let words = [
+        "'nowhere' is not a result of shapespace",
+        "name a directory",
+    ];
+    assert_eq!(checked(&place, "nowhere", &words), Some(2));
+}
+
+#[test]
 fn changed_and_mixed_results_are_refused() {
     let place = Place::new();
     results(&place);
