@@ -56,13 +56,10 @@ impl<const D: usize> Cloud<D> {
         Self {
             points: nodes.iter().map(|&n| grid.position(grid.node(n))).collect(),
             depths: nodes.iter().map(depth).collect(),
-            hidden: match visible {
-                Some(_) => {
-                    let hidden = (0..grid.n_nodes()).filter(|node| !is_visible(node));
-                    hidden.map(|n| grid.position(grid.node(n))).collect()
-                }
-                None => Vec::new(),
-            },
+            hidden: (0..grid.n_nodes())
+                .filter(|node| !is_visible(node))
+                .map(|node| grid.position(grid.node(node)))
+                .collect(),
             grid,
             nodes,
             places,

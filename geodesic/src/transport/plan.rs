@@ -85,6 +85,8 @@ pub(super) struct Coupling<'a, const D: usize> {
     squares: [DVector<f64>; 2],
     /// The volume of each shape that is carried to where the other one is hidden, in points.
     hidden: [usize; 2],
+    /// The costs of carrying the points of that shape there.
+    to_hidden: DVector<f64>,
     /// The plan between the points of both clouds.
     plan: DMatrix<f64>,
 }
@@ -106,6 +108,11 @@ impl<'a, const D: usize> Coupling<'a, D> {
             linear: DMatrix::from_fn(n, m, |i, j| from.apart(i, to, j)),
             squares: within.each_ref().map(|d| d.map(|x| x * x).column_mean()),
             within,
+            to_hidden: match hidden {
+                [0, 0] => DVector::zeros(0),
+                [0, _] => DVector::from_vec(to.apart_from_hidden(from)),
+                _ => DVector::from_vec(from.apart_from_hidden(to)),
+            },
             hidden,
             plan: DMatrix::zeros(0, 0),
         };
@@ -139,17 +146,14 @@ impl<'a, const D: usize> Coupling<'a, D> {
     /// Adds the costs of what is carried to where the other shape is hidden.
     fn with_hidden(&self, cost: DMatrix<f64>) -> DMatrix<f64> {
         let (n, m) = cost.shape();
-        let [from, to] = self.clouds;
         if self.hidden[0] > 0 {
-            let of = DVector::from_vec(from.apart_from_hidden(to));
             let mut cost = cost.resize_horizontally(m + 1, 0.0);
-            cost.set_column(m, &of);
+            cost.set_column(m, &self.to_hidden);
             return cost;
         }
         if self.hidden[1] > 0 {
-            let of = DVector::from_vec(to.apart_from_hidden(from));
             let mut cost = cost.resize_vertically(n + 1, 0.0);
-            cost.set_row(n, &of.transpose());
+            cost.set_row(n, &self.to_hidden.transpose());
             return cost;
         }
         cost
