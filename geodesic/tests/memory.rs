@@ -9,13 +9,10 @@ use geodesic::{
     stable_path,
 };
 use peak_alloc::PeakAlloc;
-use std::sync::Mutex;
-use test_support::on_threads;
+use test_support::{in_own_process, on_threads};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
-/// Tests of one program share its allocator: one at a time, from beginning to end.
-static ALONE: Mutex<()> = Mutex::new(());
 
 /// Balls beside each other, as components of a shape.
 fn balls<const D: usize>(grid: Grid<D>, radius: f64, n_components: usize) -> Shape<D> {
@@ -65,13 +62,20 @@ fn short(form: Form, steps: usize) -> GeodesicParams {
 
 #[test]
 fn estimates_are_what_is_used() {
-    let _alone = ALONE.lock();
-    for steps in [1, 4] {
-        check::<2>(65, 1, &short(Form::Lagrangian, steps));
-    }
-    check::<3>(33, 1, &short(Form::Lagrangian, 2));
-    check::<2>(65, 3, &short(Form::Lagrangian, 3));
-    check::<2>(65, 2, &short(Form::LevelSets, 3));
+    in_own_process("estimates_are_what_is_used", || {
+        for steps in [1, 4] {
+            check::<2>(65, 1, &short(Form::Lagrangian, steps));
+        }
+        check::<2>(65, 3, &short(Form::Lagrangian, 3));
+        check::<2>(65, 2, &short(Form::LevelSets, 3));
+    });
+}
+
+#[test]
+fn estimates_in_space_are_what_is_used() {
+    in_own_process("estimates_in_space_are_what_is_used", || {
+        check::<3>(33, 1, &short(Form::Lagrangian, 2));
+    });
 }
 
 /// The estimate of the search for the least curvature of a path on one thread, over the most memory in use.
@@ -92,15 +96,16 @@ fn measured_stability<const D: usize>(nodes: usize, steps: usize) -> f64 {
 
 #[test]
 fn estimates_of_stability_are_what_is_used() {
-    let _alone = ALONE.lock();
-    for (d, ratio) in [
-        (2, measured_stability::<2>(65, 1)),
-        (2, measured_stability::<2>(65, 4)),
-        (3, measured_stability::<3>(33, 2)),
-    ] {
-        println!("{d}D: {ratio:.3}");
-        assert!((0.9..1.1).contains(&ratio), "{d}D: {ratio}");
-    }
+    in_own_process("estimates_of_stability_are_what_is_used", || {
+        for (d, ratio) in [
+            (2, measured_stability::<2>(65, 1)),
+            (2, measured_stability::<2>(65, 4)),
+            (3, measured_stability::<3>(33, 2)),
+        ] {
+            println!("{d}D: {ratio:.3}");
+            assert!((0.9..1.1).contains(&ratio), "{d}D: {ratio}");
+        }
+    });
 }
 
 /// The estimate of an extension of a path of growing shapes by so many steps, or of a transport along it, over the
@@ -164,32 +169,37 @@ fn measured_metric<const D: usize>(nodes: usize) -> f64 {
 
 #[test]
 fn estimates_of_the_calculus_and_of_the_metric_are_what_is_used() {
-    let _alone = ALONE.lock();
-    let ratios = [
-        ("metric, 2D", measured_metric::<2>(65)),
-        ("metric, 3D", measured_metric::<3>(17)),
-        ("extension, 2D", measured_calculus::<2>(33, 1, Some(2))),
-        ("long extension, 2D", measured_calculus::<2>(33, 6, Some(1))),
-        ("extension, 3D", measured_calculus::<3>(17, 2, Some(1))),
-        ("transport, 2D", measured_calculus::<2>(33, 2, None)),
-        ("transport, 3D", measured_calculus::<3>(17, 1, None)),
-    ];
-    println!("{ratios:.3?}");
-    for (what, ratio) in ratios {
-        assert!((0.85..1.2).contains(&ratio), "{what}: {ratio}");
-    }
+    in_own_process(
+        "estimates_of_the_calculus_and_of_the_metric_are_what_is_used",
+        || {
+            let ratios = [
+                ("metric, 2D", measured_metric::<2>(65)),
+                ("metric, 3D", measured_metric::<3>(17)),
+                ("extension, 2D", measured_calculus::<2>(33, 1, Some(2))),
+                ("long extension, 2D", measured_calculus::<2>(33, 6, Some(1))),
+                ("extension, 3D", measured_calculus::<3>(17, 2, Some(1))),
+                ("transport, 2D", measured_calculus::<2>(33, 2, None)),
+                ("transport, 3D", measured_calculus::<3>(17, 1, None)),
+            ];
+            println!("{ratios:.3?}");
+            for (what, ratio) in ratios {
+                assert!((0.85..1.2).contains(&ratio), "{what}: {ratio}");
+            }
+        },
+    );
 }
 
 /// The sizes at which estimates matter take minutes.
 #[test]
 fn estimates_are_what_is_used_at_full_size() {
-    if std::env::var_os("SHAPESPACE_SLOW_TESTS").is_none() {
-        eprintln!("skipped: SHAPESPACE_SLOW_TESTS is not set");
-        return;
-    }
-    let _alone = ALONE.lock();
-    check::<3>(65, 1, &short(Form::Lagrangian, 4));
-    check::<3>(65, 2, &short(Form::Lagrangian, 2));
-    check::<3>(65, 1, &short(Form::LevelSets, 2));
-    check::<2>(513, 1, &short(Form::Lagrangian, 6));
+    in_own_process("estimates_are_what_is_used_at_full_size", || {
+        if std::env::var_os("SHAPESPACE_SLOW_TESTS").is_none() {
+            eprintln!("skipped: SHAPESPACE_SLOW_TESTS is not set");
+            return;
+        }
+        check::<3>(65, 1, &short(Form::Lagrangian, 4));
+        check::<3>(65, 2, &short(Form::Lagrangian, 2));
+        check::<3>(65, 1, &short(Form::LevelSets, 2));
+        check::<2>(513, 1, &short(Form::Lagrangian, 6));
+    });
 }

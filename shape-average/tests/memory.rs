@@ -8,13 +8,10 @@ use shape_average::joint::{self, JointParams, joint_average};
 use shape_average::{
     AverageParams, AverageResult, Precision, Solver, average_of_visible, memory_estimate,
 };
-use std::sync::Mutex;
-use test_support::on_threads;
+use test_support::{in_own_process, on_threads};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
-/// Tests of one program share its allocator: one at a time, from beginning to end.
-static ALONE: Mutex<()> = Mutex::new(());
 
 /// Balls and ellipsoids about the centre, by distances that are exact enough here.
 fn ellipsoids<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D>> {
@@ -103,18 +100,40 @@ fn short() -> AverageParams {
 
 #[test]
 fn estimates_are_what_is_used() {
-    let _alone = ALONE.lock();
-    let params = short();
-    check::<3>(3, 33, &params);
-    check::<3>(3, 33, &mixed(&params));
-    check::<2>(4, 129, &params);
-    check_visibility::<3>(2, 33, true, &params);
-    let descent = AverageParams {
-        solver: Solver::Descent,
-        max_iterations: 2,
-        ..params
-    };
-    check::<2>(4, 129, &descent);
+    in_own_process("estimates_are_what_is_used", || {
+        let params = short();
+        check::<3>(3, 33, &params);
+        check::<2>(4, 129, &params);
+    });
+}
+
+#[test]
+fn estimates_of_mixed_precision_are_what_is_used() {
+    in_own_process("estimates_of_mixed_precision_are_what_is_used", || {
+        check::<3>(3, 33, &mixed(&short()));
+    });
+}
+
+#[test]
+fn estimates_of_partly_visible_shapes_are_what_is_used() {
+    in_own_process(
+        "estimates_of_partly_visible_shapes_are_what_is_used",
+        || {
+            check_visibility::<3>(2, 33, true, &short());
+        },
+    );
+}
+
+#[test]
+fn estimates_of_the_descent_are_what_is_used() {
+    in_own_process("estimates_of_the_descent_are_what_is_used", || {
+        let descent = AverageParams {
+            solver: Solver::Descent,
+            max_iterations: 2,
+            ..short()
+        };
+        check::<2>(4, 129, &descent);
+    });
 }
 
 /// The estimate of averages of images over what they use, on one thread.
@@ -142,56 +161,58 @@ fn of_images<const D: usize>(images: usize, nodes: usize) -> f64 {
 
 #[test]
 fn estimates_of_images_are_what_is_used() {
-    let _alone = ALONE.lock();
-    let measured = [
-        of_images::<2>(2, 129),
-        of_images::<2>(5, 129),
-        of_images::<3>(2, 33),
-    ];
-    println!("{measured:.3?}");
-    let right = measured.iter().all(|ratio| (0.9..1.1).contains(ratio));
-    assert!(right, "{measured:?}");
+    in_own_process("estimates_of_images_are_what_is_used", || {
+        let measured = [
+            of_images::<2>(2, 129),
+            of_images::<2>(5, 129),
+            of_images::<3>(2, 33),
+        ];
+        println!("{measured:.3?}");
+        let right = measured.iter().all(|ratio| (0.9..1.1).contains(ratio));
+        assert!(right, "{measured:?}");
+    });
 }
 
 /// The sizes at which estimates matter take minutes.
 #[test]
 fn estimates_are_what_is_used_at_full_size() {
-    if std::env::var_os("SHAPESPACE_SLOW_TESTS").is_none() {
-        eprintln!("skipped: SHAPESPACE_SLOW_TESTS is not set");
-        return;
-    }
-    let _alone = ALONE.lock();
-    let params = AverageParams::default();
-    check::<3>(8, 65, &params);
-    check::<3>(8, 65, &mixed(&params));
-    check::<3>(2, 129, &params);
-    let folder = tempfile::tempdir().unwrap();
-    check::<3>(8, 65, &in_files(&params, folder.path()));
+    in_own_process("estimates_are_what_is_used_at_full_size", || {
+        if std::env::var_os("SHAPESPACE_SLOW_TESTS").is_none() {
+            eprintln!("skipped: SHAPESPACE_SLOW_TESTS is not set");
+            return;
+        }
+        let params = AverageParams::default();
+        check::<3>(8, 65, &params);
+        check::<3>(8, 65, &mixed(&params));
+        check::<3>(2, 129, &params);
+        let folder = tempfile::tempdir().unwrap();
+        check::<3>(8, 65, &in_files(&params, folder.path()));
+    });
 }
 
 #[test]
 fn files_save_memory_and_change_nothing() {
-    let _alone = ALONE.lock();
-    let folder = tempfile::tempdir().unwrap();
-    let params = short();
-    let spilled = in_files(&params, folder.path());
-    let (plain, _) = measured::<3>(3, 33, false, &params);
-    let same = check::<3>(3, 33, &spilled);
-    assert!(plain.average == same.average && plain.displacements == same.displacements);
-    assert_eq!(plain.energy, same.energy);
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    let grid = Grid::<3>::cube(33);
-    let sizes = [&params, &spilled, &mixed(&params)]
-        .map(|p| memory_estimate(p, &Distribution::alone(8), 1, false, &grid).memory);
-    assert!(
-        2 * sizes[1] < sizes[0] && 5 * sizes[2] < 3 * sizes[0],
-        "{sizes:?}"
-    );
+    in_own_process("files_save_memory_and_change_nothing", || {
+        let folder = tempfile::tempdir().unwrap();
+        let params = short();
+        let spilled = in_files(&params, folder.path());
+        let (plain, _) = measured::<3>(3, 33, false, &params);
+        let same = check::<3>(3, 33, &spilled);
+        assert!(plain.average == same.average && plain.displacements == same.displacements);
+        assert_eq!(plain.energy, same.energy);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        let grid = Grid::<3>::cube(33);
+        let sizes = [&params, &spilled, &mixed(&params)]
+            .map(|p| memory_estimate(p, &Distribution::alone(8), 1, false, &grid).memory);
+        assert!(
+            2 * sizes[1] < sizes[0] && 5 * sizes[2] < 3 * sizes[0],
+            "{sizes:?}"
+        );
+    });
 }
 
 #[test]
 fn a_folder_that_is_missing_is_an_error() {
-    let _alone = ALONE.lock();
     let folder = tempfile::tempdir().unwrap();
     let params = in_files(&AverageParams::default(), &folder.path().join("nowhere"));
     let inputs = ellipsoids(Grid::<2>::cube(17), 2);

@@ -11,7 +11,7 @@ use shape_pca::{
     memory_estimate_of_response,
 };
 use support::{blob, smooth};
-use test_support::on_threads;
+use test_support::{in_own_process, on_threads};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
@@ -77,17 +77,33 @@ fn check<const D: usize>(nodes: usize, n_shapes: usize, balances: bool) {
     );
 }
 
-/// One test: they would share the allocator.
+fn check_all(balances: bool) {
+    check::<2>(65, 2, balances);
+    check::<2>(65, 7, balances);
+    check::<3>(17, 3, balances);
+}
+
 #[test]
-fn estimates_are_what_is_used() {
-    for balances in [false, true] {
-        check::<2>(65, 2, balances);
-        check::<2>(65, 7, balances);
-        check::<3>(17, 3, balances);
-    }
-    let responses = [measured_response::<2>(65, 3), measured_response::<3>(17, 2)];
-    println!("responses: {responses:.3?}");
-    for ratio in responses {
-        assert!((0.88..1.12).contains(&ratio), "{responses:?}");
-    }
+fn estimates_of_modes_are_what_is_used() {
+    in_own_process("estimates_of_modes_are_what_is_used", || {
+        check_all(false);
+    });
+}
+
+#[test]
+fn estimates_of_balancing_are_what_is_used() {
+    in_own_process("estimates_of_balancing_are_what_is_used", || {
+        check_all(true);
+    });
+}
+
+#[test]
+fn estimates_of_responses_are_what_is_used() {
+    in_own_process("estimates_of_responses_are_what_is_used", || {
+        let responses = [measured_response::<2>(65, 3), measured_response::<3>(17, 2)];
+        println!("responses: {responses:.3?}");
+        for ratio in responses {
+            assert!((0.88..1.12).contains(&ratio), "{responses:?}");
+        }
+    });
 }

@@ -1,4 +1,4 @@
-//! Helpers of the tests of several crates: reference values, pools of threads, minima, Python.
+//! Helpers of the tests of several crates: reference values, pools of threads, processes, minima, Python.
 
 #![forbid(unsafe_code)]
 
@@ -90,4 +90,28 @@ pub fn golden_section([mut low, mut high]: [f64; 2], value: impl Fn(f64) -> f64)
         }
     }
     0.5 * (low + high)
+}
+
+/// Runs a test in a process of its own, for measurements of what a whole process uses, which tests beside it would
+/// disturb: a test that is called so runs its program again for that test alone, and the copy does the work.
+///
+/// # Panics
+/// If the program has no test of this name, or the test fails; then with what it printed.
+pub fn in_own_process(test: &str, work: impl FnOnce()) {
+    const ALONE: &str = "SHAPESPACE_TEST_ALONE";
+    if std::env::var_os(ALONE).is_some() {
+        return work();
+    }
+    let program = std::env::current_exe().unwrap_or_else(|e| panic!("{e}"));
+    let mut again = std::process::Command::new(program);
+    again.args(["--exact", test, "--nocapture"]).env(ALONE, "1");
+    let run = again.output().unwrap_or_else(|e| panic!("{e}"));
+    let printed = [run.stdout, run.stderr].concat();
+    let printed = String::from_utf8_lossy(&printed);
+    println!("{printed}");
+    assert!(run.status.success(), "the copy fails: {}", run.status);
+    assert!(
+        printed.contains("\ntest result: ok. 1 passed"),
+        "no test is called {test}"
+    );
 }
