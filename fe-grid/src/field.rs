@@ -3,7 +3,7 @@
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::Element;
-use crate::parallel;
+use crate::{multilinear, parallel};
 
 /// A field of `M` components with one number per node and component, stored component by component,
 /// `x` fastest. `T` is the storage type; sums over a field are taken in double precision.
@@ -104,26 +104,8 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
     /// Evaluates the multilinear interpolant at a point; at points outside the box, at the nearest
     /// point of the box.
     pub fn sample(&self, point: [f64; D]) -> [f64; M] {
-        let (cell, local) = locate(&self.grid, point);
-        let strides = self.grid.strides();
-        let base = self.grid.node_index(cell);
-        let n = self.grid.n_nodes();
-        let mut value = [0.0; M];
-        for corner in 0..1usize << D {
-            let (mut weight, mut index) = (1.0, base);
-            for k in 0..D {
-                if corner >> k & 1 == 1 {
-                    weight *= local[k];
-                    index += strides[k];
-                } else {
-                    weight *= 1.0 - local[k];
-                }
-            }
-            for (c, v) in value.iter_mut().enumerate() {
-                *v += weight * self.data[c * n + index].to_f64();
-            }
-        }
-        value
+        let (nodes, spacing) = (self.grid.nodes_per_axis(), self.grid.spacing());
+        multilinear::sample(&self.data, nodes, spacing, point)
     }
 
     /// Computes the field `f o Phi` at the nodes for the deformation `Phi(x) = x + u(x)`. The
@@ -171,13 +153,5 @@ impl<T: Element, const D: usize> Field<T, D, D> {
 /// Returns the cell that contains a point, and the local coordinates of the point, in `[0, 1]`;
 /// points outside the box are projected onto the box first.
 pub fn locate<const D: usize>(grid: &Grid<D>, point: [f64; D]) -> ([usize; D], [f64; D]) {
-    let cells = grid.cells_per_axis();
-    let mut cell = [0; D];
-    let mut local = [0.0; D];
-    for k in 0..D {
-        let s = (point[k] / grid.spacing()).clamp(0.0, cells[k] as f64);
-        cell[k] = (s as usize).min(cells[k] - 1);
-        local[k] = s - cell[k] as f64;
-    }
-    (cell, local)
+    multilinear::locate(grid.nodes_per_axis(), grid.spacing(), point)
 }

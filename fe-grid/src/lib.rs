@@ -92,6 +92,7 @@ mod mapped;
 pub mod minimise;
 mod moments;
 pub mod multigrid;
+mod multilinear;
 #[cfg(feature = "mutants")]
 pub mod mutants;
 mod nearest;

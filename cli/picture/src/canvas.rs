@@ -172,10 +172,9 @@ impl Canvas {
 
     /// Red, green and blue of all pixels as bytes, row by row.
     pub fn bytes(&self) -> Vec<u8> {
-        let pixels = self.pixels.iter();
-        pixels
-            .flat_map(|pixel| pixel.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8))
-            .collect()
+        let pixels = self.pixels.as_flattened().iter();
+        // Rounds, and keeps within [0, 255].
+        pixels.map(|c| (255.0 * c + 0.5) as u8).collect()
     }
 
     /// The picture as a PNG file.
