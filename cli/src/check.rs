@@ -1,6 +1,7 @@
 //! `shapespace check`: verifies a result directory.
 
 mod paths;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 
@@ -21,6 +22,7 @@ use paths::check_steps;
 use shapespace_input::dimension::per_dimension;
 use shapespace_input::files::read_text;
 use shapespace_input::terminal::printable;
+use verdict::check_verdict;
 
 /// Relative tolerance of recomputed numbers. Displacements are stored as positions, whose rounding
 /// errors are about 1e-16; strains are these over the spacing, and energies are quadratic in them.
@@ -29,8 +31,8 @@ const TOLERANCE: f64 = 1e-6;
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Verifies a result directory: the checksums of its arrays and of its inputs, the determinants of
-/// its deformations, the elastic energies of an average, the energies of the steps of a geodesic, and
-/// its verdict.
+/// its deformations, the elastic energies of an average, the energies of the steps of a geodesic and its
+/// length, and that its verdict follows from its doubts.
 #[derive(Clone, Debug, Args)]
 pub struct CheckArgs {
     /// Result directory of any command that writes arrays.
@@ -54,7 +56,12 @@ impl Findings {
 
     /// Adds a number that has been recomputed.
     fn compare(&mut self, what: String, found: f64, stated: f64) {
-        let is_right = (found - stated).abs() <= TOLERANCE * stated.abs() + NEGLIGIBLE;
+        self.compare_above(NEGLIGIBLE, what, found, stated);
+    }
+
+    /// The same for a quantity of which differences up to this one are negligible.
+    fn compare_above(&mut self, negligible: f64, what: String, found: f64, stated: f64) {
+        let is_right = (found - stated).abs() <= TOLERANCE * stated.abs() + negligible;
         let numbers = format!("{}, the record states {}", shown(found), shown(stated));
         self.add(what, numbers, is_right);
     }
@@ -114,6 +121,7 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
             _ => findings.add("dimension", "neither 2 nor 3", false),
         }
     }
+    check_verdict(&record, &mut findings);
     Ok((record, findings))
 }
 

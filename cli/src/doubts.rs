@@ -27,6 +27,9 @@ pub(crate) struct DoubtRecord {
 /// What is left out of the remedies of shapes that are aligned, or cannot be.
 const ALIGNMENT: &str = "--align rigid, ";
 
+/// What is left out of the remedies of paths of level sets.
+const LEVEL_SETS: [&str; 2] = [", or --form level-sets", " or --form level-sets"];
+
 /// Options of an average that commands which read it do not have.
 const OF_AVERAGE: [&str; 5] = [
     "--grid",
@@ -53,6 +56,14 @@ impl DoubtRecord {
     pub fn by_average(mut self) -> Self {
         if OF_AVERAGE.iter().any(|option| self.remedy.contains(option)) {
             self.remedy += "; these are options of `average`, of which the modes and the scores are computed again";
+        }
+        self
+    }
+
+    /// The doubt about a path of level sets, of which these are no remedy.
+    pub fn of_level_sets(mut self) -> Self {
+        for other in LEVEL_SETS {
+            self.remedy = self.remedy.replace(other, "");
         }
         self
     }
@@ -245,6 +256,21 @@ mod tests {
             let remedy = doubt.of_aligned().remedy;
             assert!(!remedy.contains("align"), "{remedy}");
             assert!(remedy.starts_with("use a "), "{remedy}");
+        }
+    }
+
+    #[test]
+    fn level_sets_are_no_remedy_of_themselves() {
+        for cause in [Cause::PathEnd, Cause::PathBoundary, Cause::HiddenPart] {
+            let doubt = Doubt::check(cause, f64::NAN).unwrap();
+            let doubt = named(&[doubt], []).pop().unwrap();
+            assert!(doubt.remedy.contains("level-sets"), "{}", doubt.remedy);
+            let remedy = doubt.of_level_sets().remedy;
+            assert!(!remedy.contains("level-sets"), "{remedy}");
+            assert!(
+                !remedy.trim().is_empty() && !remedy.ends_with(','),
+                "{remedy}"
+            );
         }
     }
 

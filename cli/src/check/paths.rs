@@ -9,7 +9,7 @@ use fe_grid::minimise::Evaluation;
 use fe_grid::{Grid, ScalarField};
 use serde::Deserialize;
 
-use super::Findings;
+use super::{Findings, NEGLIGIBLE};
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
 use crate::numbers::shown;
@@ -21,6 +21,8 @@ use crate::results::{ResultFields, read_record};
 #[derive(Deserialize)]
 struct Steps {
     step_energies: Vec<f64>,
+    length: Option<f64>,
+    dissipation: Option<f64>,
     #[serde(default)]
     domain: Domain,
     certificate: Option<Determinant>,
@@ -57,6 +59,8 @@ pub(super) fn check_steps<const D: usize>(
         read_record(directory).map_err(|reason| unfit(directory, reason))?;
     let Steps {
         step_energies: stated,
+        length,
+        dissipation,
         domain,
         certificate,
     } = record.body;
@@ -79,6 +83,15 @@ pub(super) fn check_steps<const D: usize>(
     }
     match found.energies {
         Some(found) => {
+            let steps = found.len() as f64;
+            if let Some(stated) = dissipation {
+                let found = steps * found.iter().sum::<f64>();
+                findings.compare("dissipation".into(), found, stated);
+            }
+            if let Some(stated) = length {
+                let found = found.iter().map(|w| w.sqrt()).sum();
+                findings.compare_above(NEGLIGIBLE.sqrt(), "length".into(), found, stated);
+            }
             for (k, (found, stated)) in found.into_iter().zip(stated).enumerate() {
                 findings.compare(format!("energy of step {}", k + 1), found, stated);
             }

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use ::geodesic::{Change, Contact, Geodesic};
+use ::geodesic::{Change, Contact, Form, Geodesic};
 use levelset::Contour;
 use serde::Serialize;
 
 use super::minima::{FoundPaths, add_paths};
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
-use crate::doubts::named;
+use crate::doubts::{DoubtRecord, named};
 use crate::report::{self, overall};
 use crate::shapes::{BoundaryRecord, InputRecord, common_scale};
 use crate::summary::Summary;
@@ -90,7 +90,10 @@ pub(super) fn record<'a, const D: usize>(
     let last = FoundPaths::status(outcome.minima.as_ref(), last);
     let status = overall(result.status, last);
     let grid = result.level_sets[0].grid();
-    let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
+    let mut doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
+    if outcome.config.params.form == Form::LevelSets {
+        doubts = doubts.into_iter().map(DoubtRecord::of_level_sets).collect();
+    }
     Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }

@@ -153,7 +153,13 @@ fn energies_of_geodesics_are_checked() {
         succeeded(&place.compute(&[&path[..], options, &["-o", name]].concat()));
         let results = Results::read(&place.path(name));
         let stated = results.json["step_energies"][1].as_f64().unwrap();
-        let words = ["energy of step 1", "energy of step 2", "checked by version"];
+        let words = [
+            "length",
+            "dissipation",
+            "energy of step 1",
+            "energy of step 2",
+            "checked by version",
+        ];
         assert!(
             matches!(checked(&place, name, &words), Some(0 | 3)),
             "{name}"
@@ -169,6 +175,13 @@ fn energies_of_geodesics_are_checked() {
         record["certificate"]["min_det"] = (stated * (1.0 + 1e-5)).into();
         place.write(&file, record.to_string().as_bytes());
         let words = ["determinant", "WRONG", "1 of its parts"];
+        assert_eq!(checked(&place, name, &words), Some(2));
+        let mut record = results.json.clone();
+        for what in ["length", "dissipation"] {
+            record[what] = (record[what].as_f64().unwrap() * (1.0 + 1e-4)).into();
+        }
+        place.write(&file, record.to_string().as_bytes());
+        let words = ["length", "dissipation", "WRONG", "2 of its parts"];
         assert_eq!(checked(&place, name, &words), Some(2));
     }
     // A step whose deformation folds in the void, where it is composed of two others and sampled at nodes; those that
@@ -217,6 +230,51 @@ fn results_are_checked() {
         "2 of its parts",
     ];
     assert_eq!(checked(&place, "average-bars", &words), Some(2));
+    place.write("average-bars/result.json", text.as_bytes());
+
+    // The verdict follows from the doubts, and doubts from the status.
+    let doubt = serde_json::json!([{"cause": "not_converged"}]);
+    let stated = results.json["verdict"].clone();
+    for (verdict, doubts, status, words) in [
+        (
+            "sound".into(),
+            doubt.clone(),
+            "converged",
+            "sound, with 1 doubt",
+        ),
+        (
+            "doubtful".into(),
+            serde_json::json!([]),
+            "converged",
+            "doubtful, with no doubts",
+        ),
+        (
+            "sound".into(),
+            serde_json::json!([]),
+            "max_iterations",
+            "has not converged",
+        ),
+        (
+            stated,
+            serde_json::Value::Null,
+            "converged",
+            "only one of verdict and doubts",
+        ),
+        (
+            serde_json::Value::Null,
+            doubt,
+            "converged",
+            "only one of verdict and doubts",
+        ),
+    ] {
+        let mut record = results.json.clone();
+        record["verdict"] = verdict;
+        record["doubts"] = doubts;
+        record["status"] = status.into();
+        place.write("average-bars/result.json", record.to_string().as_bytes());
+        let words = [words, "WRONG", "1 of its parts"];
+        assert_eq!(checked(&place, "average-bars", &words), Some(2));
+    }
     place.write("average-bars/result.json", text.as_bytes());
 
     flip(&place, "bars/bar_000.npy");
