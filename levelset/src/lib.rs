@@ -28,6 +28,7 @@ pub mod measures;
 mod polyline;
 mod pseudonormal;
 mod quad;
+pub mod rigid_motion;
 mod search;
 mod surface;
 pub mod topology;
@@ -48,6 +49,7 @@ pub use hausdorff::{Hausdorff, directed_hausdorff, hausdorff};
 pub use heaviside::{Arctan, Compact, Step};
 pub use measures::{Moments, dice, dice_within, mask_volume, share_outside};
 pub use polyline::{Polyline, svg_path};
+pub use rigid_motion::RigidMotion;
 pub use verdict::{Doubt, Verdict};
 
 /// The examples of the README are tests.

@@ -23,7 +23,6 @@
 mod agreement;
 mod indicator;
 mod matching;
-mod motion;
 mod poses;
 mod reflection;
 mod starts;
@@ -34,8 +33,8 @@ use levelset::{Compact, LevelsetError};
 use nalgebra::{SMatrix, SVector};
 
 use indicator::{Indicator, Masked, thinned};
+pub use levelset::RigidMotion;
 use matching::{Matching, Pose};
-pub use motion::RigidMotion;
 pub use poses::poses;
 pub use reflection::{mismatches, reflected_mismatch};
 

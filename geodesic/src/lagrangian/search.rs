@@ -2,6 +2,7 @@
 
 use super::solve::{Deformations, Domain, LagrangianPath, displacements, on_domain, overlaps_of};
 use super::starts::{along_flow, most_nodes, time_schedule};
+use super::turned::Turn;
 use crate::error::GeodesicError;
 use crate::levels::{Descent, Level, LevelReport, PathOnLevel};
 use crate::overlap::End;
@@ -135,6 +136,7 @@ impl<'a, const D: usize> Search<'a, D> {
                 found = found.or(self.start_at_identity(domain, observer)?);
             }
         }
+        found = self.or_turned(found, observer)?;
         if let Some(towards) = self.path_to_targets(observer)? {
             found = self.or_from_targets(found, towards, observer)?;
         }
@@ -228,6 +230,24 @@ impl<'a, const D: usize> Search<'a, D> {
         let order = other.rank().cmp(&found.rank());
         let order = order.then(least.total_cmp(&other.path.total));
         Ok(if order.is_gt() { other } else { found })
+    }
+
+    /// The better one of the best path so far and that from a rotation of the shape as a whole, where the other end
+    /// looks turned.
+    fn or_turned(
+        &mut self,
+        found: Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let level = self.coarse[self.coarse.len() - 1];
+        let [from, to] = found.domain.order(self.start, self.end);
+        let turn = Turn::between(from, to, &level.grid);
+        let Some(turn) = turn.filter(|_| !self.ended()) else {
+            return Ok(found);
+        };
+        let start = PathOnLevel::new(level, turn.path(&level.grid, level.steps));
+        let other = self.minimise(found.domain, start, &[level], 1.0, observer)?;
+        Ok(found.or(other))
     }
 
     /// The minimal path on the last of the coarse levels from a viscous flow, for shapes that are

@@ -16,4 +16,5 @@ mod minima;
 mod oracle;
 mod resume;
 mod transported;
+mod turned;
 mod units;

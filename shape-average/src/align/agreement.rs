@@ -4,8 +4,8 @@ use fe_grid::{Grid, parallel};
 use levelset::{Compact, LevelsetError};
 
 use super::indicator::{Indicator, Masked};
-use super::motion::RigidMotion;
 use super::{AlignError, NOISE, at};
+use levelset::RigidMotion;
 
 /// Most rounds through all shapes; the second seldom changes anything.
 const ROUNDS: usize = 8;

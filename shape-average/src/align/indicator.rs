@@ -4,8 +4,8 @@ use fe_grid::vector::axpy;
 use fe_grid::{Field, Grid};
 use levelset::{Compact, LevelsetError, Moments};
 
-use super::motion::{RigidMotion, extended};
 use super::steepness::steepness;
+use levelset::rigid_motion::{RigidMotion, extended};
 
 /// Weight below which a mean counts as unknown.
 const LEAST_WEIGHT: f64 = 1e-3;

@@ -5,7 +5,7 @@ use levelset::{LevelsetError, Moments};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::indicator::{Indicator, Masked, Part};
-use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
+use levelset::rigid_motion::{RigidMotion, angle_between, extended, plane_rotation};
 
 /// Maximal number of steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;

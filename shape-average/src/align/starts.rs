@@ -5,7 +5,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use nalgebra::{DMatrix, SMatrix};
 
 use super::matching::Matching;
-use super::motion::{determinant, plane_rotation};
+use levelset::rigid_motion::{axis_rotations, determinant, plane_rotation};
 
 /// Number of angles of the even covering in 2D: every three degrees, twelve per period of a star
 /// with ten arms.
@@ -21,7 +21,7 @@ pub(super) fn rotations<const D: usize>(matching: &Matching<'_, D>) -> Vec<SMatr
     let target = principal_axes(&matching.target_covariance());
     let shape = principal_axes(&matching.shape_covariance());
     let mut list = vec![SMatrix::identity()];
-    list.extend(axis_assignments().map(|s| target * s * shape.transpose()));
+    list.extend(axis_rotations().map(|s| target * s * shape.transpose()));
     list.extend(covering());
     list
 }
@@ -39,22 +39,6 @@ fn principal_axes<const D: usize>(covariance: &SMatrix<f64, D, D>) -> SMatrix<f6
         }
     }
     axes
-}
-
-/// Returns all rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D.
-fn axis_assignments<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>> {
-    let orders = (0..D.pow(D as u32))
-        .map(|code| -> [usize; D] { std::array::from_fn(|k| code / D.pow(k as u32) % D) });
-    let permutations = orders.filter(|order| (0..D).all(|axis| order.contains(&axis)));
-    let signed = permutations.flat_map(|order| (0..1usize << D).map(move |signs| (order, signs)));
-    signed
-        .map(|(order, signs)| {
-            SMatrix::from_fn(|i, j| {
-                let sign = if signs >> j & 1 == 1 { -1.0 } else { 1.0 };
-                if order[j] == i { sign } else { 0.0 }
-            })
-        })
-        .filter(|m| determinant(m) > 0.0)
 }
 
 /// Returns rotations that cover the rotation group evenly.
@@ -101,17 +85,16 @@ fn spiral<const D: usize>(i: usize) -> SMatrix<f64, D, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::align::motion::angle_between;
+    use levelset::rigid_motion::angle_between;
 
     #[test]
     fn coverings_are_rotations_and_leave_no_gap() {
-        fn check<const D: usize>(n: usize, n_axes: usize, gap: f64) {
+        fn check<const D: usize>(n: usize, gap: f64) {
             let list = covering::<D>();
             assert_eq!(list.len(), n);
-            assert_eq!(axis_assignments::<D>().count(), n_axes);
-            for r in list.iter().copied().chain(axis_assignments()) {
+            for r in &list {
                 assert!((r.transpose() * r - SMatrix::identity()).norm() < 1e-13);
-                assert!((determinant(&r) - 1.0).abs() < 1e-13);
+                assert!((determinant(r) - 1.0).abs() < 1e-13);
             }
             // Rotations far from the list itself: products of its elements.
             for (i, a) in list.iter().enumerate() {
@@ -120,7 +103,7 @@ mod tests {
                 assert!(near.fold(f64::INFINITY, f64::min) < gap);
             }
         }
-        check::<2>(N_ANGLES - 1, 4, 3.01f64.to_radians());
-        check::<3>(N_ROTATIONS, 24, 35f64.to_radians());
+        check::<2>(N_ANGLES - 1, 3.01f64.to_radians());
+        check::<3>(N_ROTATIONS, 35f64.to_radians());
     }
 }

@@ -64,9 +64,9 @@ pub(super) fn steepness<const D: usize>(u: &Field<f64, D, 1>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::align::motion::extended;
     use fe_grid::Grid;
     use fe_grid::random::SplitMix64;
+    use levelset::rigid_motion::extended;
 
     fn check<const D: usize>(n: usize) {
         let mut random = SplitMix64::new(7);

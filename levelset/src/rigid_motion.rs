@@ -1,7 +1,7 @@
-//! Rigid motions.
+//! Rigid motions of shapes, and rotations.
 
+use crate::contour::Contour;
 use fe_grid::Field;
-use levelset::Contour;
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
 
 /// A proper rigid motion `y = R x + t` from input coordinates `x` to aligned coordinates `y`.
@@ -24,8 +24,8 @@ impl<const D: usize> RigidMotion<D> {
         })
     }
 
-    /// Creates a motion from a matrix that is a rotation by construction.
-    pub(super) fn from_parts(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Self {
+    /// Creates a motion from a matrix that is a rotation by construction; it is not checked.
+    pub fn from_parts(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Self {
         Self {
             rotation,
             translation,
@@ -124,7 +124,7 @@ impl<const D: usize> RigidMotion<D> {
 
 /// Evaluates the signed distance `u` at any point: `u(c) - |x - c|` with `c` the nearest point of
 /// the box.
-pub(super) fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f64 {
+pub fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f64 {
     let extent = u.grid().extent();
     let outside: f64 = (0..D)
         .map(|k| (x[k] - x[k].clamp(0.0, extent[k])).powi(2))
@@ -132,19 +132,32 @@ pub(super) fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f6
     u.sample(*x)[0] - outside.sqrt()
 }
 
+/// Returns all rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D, of which every rotation has one
+/// within 45 and 63 degrees.
+pub fn axis_rotations<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>> {
+    let orders = (0..D.pow(D as u32))
+        .map(|code| -> [usize; D] { std::array::from_fn(|k| code / D.pow(k as u32) % D) });
+    let permutations = orders.filter(|order| (0..D).all(|axis| order.contains(&axis)));
+    let signed = permutations.flat_map(|order| (0..1usize << D).map(move |signs| (order, signs)));
+    signed
+        .map(|(order, signs)| {
+            SMatrix::from_fn(|i, j| {
+                let sign = if signs >> j & 1 == 1 { -1.0 } else { 1.0 };
+                if order[j] == i { sign } else { 0.0 }
+            })
+        })
+        .filter(|m| determinant(m) > 0.0)
+}
+
 /// Returns the angle, in `[0, pi]`, between two rotations in `D = 2` or `3` dimensions:
 /// `|R - S|_F = 2 sqrt 2 sin(angle/2)` in both.
-pub(super) fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<f64, D, D>) -> f64 {
+pub fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<f64, D, D>) -> f64 {
     let chord = (r - s).norm() / (2.0 * std::f64::consts::SQRT_2);
     2.0 * chord.min(1.0).asin()
 }
 
 /// Returns the rotation by an angle in the plane of two axes, from the first towards the second.
-pub(super) fn plane_rotation<const D: usize>(
-    from: usize,
-    to: usize,
-    angle: f64,
-) -> SMatrix<f64, D, D> {
+pub fn plane_rotation<const D: usize>(from: usize, to: usize, angle: f64) -> SMatrix<f64, D, D> {
     let mut r = SMatrix::identity();
     let (sin, cos) = angle.sin_cos();
     r[(from, from)] = cos;
@@ -155,7 +168,7 @@ pub(super) fn plane_rotation<const D: usize>(
 }
 
 /// Computes the determinant for `D = 2, 3`, by expansion along the first row.
-pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
+pub fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
     if D == 2 {
         return m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];
     }
@@ -170,6 +183,23 @@ pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Each of them once, and none else.
+    #[test]
+    fn axes_are_mapped_to_axes() {
+        fn check<const D: usize>(n: usize) {
+            let all: Vec<_> = axis_rotations::<D>().collect();
+            assert_eq!(all.len(), n);
+            for (i, r) in all.iter().enumerate() {
+                assert!((r.transpose() * r - SMatrix::identity()).norm() < 1e-13);
+                assert!((determinant(r) - 1.0).abs() < 1e-13);
+                assert!(r.iter().all(|x| [-1.0, 0.0, 1.0].contains(x)));
+                assert!(!all[..i].contains(r));
+            }
+        }
+        check::<2>(4);
+        check::<3>(24);
+    }
 
     /// Two halves of a motion are the motion, also of half a turn.
     #[test]

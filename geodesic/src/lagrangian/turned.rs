@@ -1,0 +1,176 @@
+//! Paths that turn a shape as a whole, which costs nothing.
+//!
+//! Minimisers that begin with the identity follow rotations up to some 45 degrees. Where the other shape lies upside
+//! down, they end in a path that bends the shape the short way. Rotations that leave no wide gap are tried by the
+//! overlap with the other shape: those by multiples of 45 degrees in the plane, and those of a cube in space. The best one
+//! is improved by small rotations.
+
+use crate::shape::{Shape, on_grid, union_of};
+use fe_grid::{Field, Grid, ScalarField};
+use levelset::RigidMotion;
+use levelset::rigid_motion::{axis_rotations, plane_rotation};
+use nalgebra::{SMatrix, SVector};
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_8};
+
+/// Shapes with at most this mismatch fit each other as they are.
+const FITTING: f64 = 0.05;
+/// A rotation is tried whose mismatch is at most this share of that without one.
+const CLEARLY_LESS: f64 = 0.7;
+/// The first of the small rotations, and how often the angle is halved: to a third of a degree.
+const FIRST_ANGLE: f64 = FRAC_PI_8;
+const HALVINGS: usize = 6;
+
+/// A rotation of a shape about its centre, which moves to the centre of another shape.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn<const D: usize> {
+    motion: RigidMotion<D>,
+    centre: [f64; D],
+}
+
+impl<const D: usize> Turn<D> {
+    /// The one after which a shape overlaps much more with another one than after the translation alone, if there is
+    /// one, and both are visible everywhere.
+    pub fn between(from: &Shape<D>, to: &Shape<D>, grid: &Grid<D>) -> Option<Self> {
+        if from.hidden() || to.hidden() {
+            return None;
+        }
+        let [own, other] = [from, to].map(|shape| on_grid(grid, &union_of(shape.components())));
+        let [centre, moved] = [centre(&own)?, centre(&other)?];
+        let about = |rotation: SMatrix<f64, D, D>| {
+            let translation = moved - rotation * centre;
+            RigidMotion::from_parts(rotation, translation)
+        };
+        let judged = |rotation| mismatch(&about(rotation).apply(&own), &other);
+        let as_it_is = judged(SMatrix::identity());
+        if as_it_is <= FITTING {
+            return None;
+        }
+        let tried = rotations().map(|rotation| (judged(rotation), rotation));
+        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (mismatch, rotation) = improved(best, &judged);
+        (mismatch <= CLEARLY_LESS * as_it_is).then(|| Self {
+            motion: about(rotation),
+            centre: centre.into(),
+        })
+    }
+
+    /// The displacements of all steps of a path, one after the other: the shape turns evenly, and its centre moves along
+    /// a line.
+    pub fn path(&self, grid: &Grid<D>, steps: usize) -> Vec<f64> {
+        let mut x = Vec::with_capacity(steps * D * grid.n_nodes());
+        for k in 1..=steps {
+            let part = self.motion.part(k as f64 / steps as f64, self.centre);
+            let moved = Field::<f64, D, D>::from_fn(*grid, |x| {
+                let to = part.map(x);
+                std::array::from_fn(|k| to[k] - x[k])
+            });
+            x.extend_from_slice(moved.as_slice());
+        }
+        x
+    }
+}
+
+/// The rotations that are tried.
+fn rotations<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>> {
+    let between = (D == 2).then(|| plane_rotation(0, 1, FRAC_PI_4));
+    axis_rotations().flat_map(move |r| {
+        [Some(r), between.map(|half| half * r)]
+            .into_iter()
+            .flatten()
+    })
+}
+
+/// A rotation of less mismatch nearby.
+fn improved<const D: usize>(
+    (mut least, mut best): (f64, SMatrix<f64, D, D>),
+    mismatch: &dyn Fn(SMatrix<f64, D, D>) -> f64,
+) -> (f64, SMatrix<f64, D, D>) {
+    let mut angle = FIRST_ANGLE;
+    for _ in 0..=HALVINGS {
+        for to in 1..D {
+            for from in 0..to {
+                for angle in [angle, -angle] {
+                    let rotation = plane_rotation(from, to, angle) * best;
+                    let found = mismatch(rotation);
+                    if found < least {
+                        (least, best) = (found, rotation);
+                    }
+                }
+            }
+        }
+        angle *= 0.5;
+    }
+    (least, best)
+}
+
+/// The volume of the symmetric difference of two shapes, relative to that of their union.
+fn mismatch<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) -> f64 {
+    let spacing = a.grid().spacing();
+    let (mut apart, mut together) = (0.0, 0.0);
+    for (a, b) in a.as_slice().iter().zip(b.as_slice()) {
+        let [a, b] = [a, b].map(|distance| share(*distance, spacing));
+        apart += (a - b).abs();
+        together += a.max(b);
+    }
+    apart / together
+}
+
+/// About the share of a node's cell that lies in a shape.
+fn share(distance: f64, spacing: f64) -> f64 {
+    (0.5 + distance / spacing).clamp(0.0, 1.0)
+}
+
+/// The centre of a shape; none for one that is too small for the grid.
+fn centre<const D: usize>(distance: &ScalarField<f64, D>) -> Option<SVector<f64, D>> {
+    let grid = distance.grid();
+    let (mut sum, mut volume) = (SVector::zeros(), 0.0);
+    for (node, distance) in distance.as_slice().iter().enumerate() {
+        let share = share(*distance, grid.spacing());
+        if share > 0.0 {
+            sum += SVector::from(grid.position(grid.node(node))) * share;
+            volume += share;
+        }
+    }
+    (volume > 0.0).then(|| sum / volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use levelset::rigid_motion::angle_between;
+
+    /// A bracket, which no rotation maps to itself, is found in every position, and a path to it ends there.
+    #[test]
+    fn turned_shapes_are_found() {
+        let grid = Grid::<3>::cube(17);
+        let bracket = |x: [f64; 3]| {
+            let cuboid = |low: [f64; 3], high: [f64; 3]| {
+                let outside = (0..3).map(|k| (low[k] - x[k]).max(x[k] - high[k]));
+                -outside.fold(f64::NEG_INFINITY, f64::max)
+            };
+            let foot = cuboid([0.3, 0.3, 0.3], [0.75, 0.7, 0.45]);
+            let arm = cuboid([0.3, 0.3, 0.3], [0.45, 0.45, 0.8]);
+            foot.max(arm)
+        };
+        let start = Shape::new(ScalarField::from_fn(grid, |x| [bracket(x)]));
+        let middle = SVector::from([0.5; 3]);
+        for rotation in rotations::<3>().filter(|r| *r != SMatrix::<f64, 3, 3>::identity()) {
+            let right = RigidMotion::from_parts(rotation, middle - rotation * middle);
+            let end = ScalarField::from_fn(grid, |x| [bracket(right.map_back(x))]);
+            let turn = Turn::between(&start, &Shape::new(end), &grid).unwrap();
+            assert!(
+                (turn.motion.rotation() - rotation).norm() < 1e-12,
+                "{rotation}"
+            );
+            let path = turn.path(&grid, 2);
+            let last = path[path.len() / 2..].to_vec();
+            let last = Field::<f64, 3, 3>::from_vec(grid, last).unwrap();
+            for node in 0..grid.n_nodes() {
+                let to = right.map(grid.position(grid.node(node)));
+                let found = last.deformed(node);
+                assert!((0..3).all(|k| (to[k] - found[k]).abs() < 0.3 * grid.spacing()));
+            }
+        }
+        assert!(Turn::between(&start, &start, &grid).is_none());
+    }
+}
