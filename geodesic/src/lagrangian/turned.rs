@@ -137,7 +137,6 @@ fn centre<const D: usize>(distance: &ScalarField<f64, D>) -> Option<SVector<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use levelset::rigid_motion::angle_between;
 
     /// A bracket, which no rotation maps to itself, is found in every position, and a path to it ends there.
     #[test]
