@@ -109,6 +109,7 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
     let mut findings = Findings::default();
     check_sums(directory, &mut findings)?;
     check_inputs(&record, &mut findings);
+    check_verdict(&record, &mut findings);
     if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
         let stored = read_average(directory, true)?;
         per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
@@ -121,7 +122,6 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
             _ => findings.add("dimension", "neither 2 nor 3", false),
         }
     }
-    check_verdict(&record, &mut findings);
     Ok((record, findings))
 }
 

@@ -43,10 +43,10 @@ struct Common {
     shift: Vec<f64>,
     /// Difference between the grey values inside and outside of the shape, symmetric about
     /// mid-grey, from 0 to 1; below 1 the result is a grey image instead of a mask.
-    #[arg(long, default_value_t = 1.0, value_parser = finite)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite)]
     contrast: f64,
     /// Standard deviation of the added noise, from 0 to 1; 1 is the range from black to white.
-    #[arg(long, default_value_t = 0.0, value_parser = finite)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     noise: f64,
     /// Seed of the noise.
     #[arg(long, default_value_t = 1)]
@@ -59,13 +59,13 @@ enum ShapeCommand {
     /// A bar with two arms that meet at an angle; 180 is straight.
     Bar {
         /// Inner angle in degrees.
-        #[arg(long, default_value_t = 180.0, value_parser = finite)]
+        #[arg(long, default_value_t = 180.0, allow_negative_numbers = true, value_parser = finite)]
         angle: f64,
         /// Total length of both arms.
-        #[arg(long, default_value_t = 0.6, value_parser = positive)]
+        #[arg(long, default_value_t = 0.6, allow_negative_numbers = true, value_parser = positive)]
         length: f64,
         /// Width of the arms.
-        #[arg(long, default_value_t = 0.12, value_parser = positive)]
+        #[arg(long, default_value_t = 0.12, allow_negative_numbers = true, value_parser = positive)]
         width: f64,
         #[command(flatten)]
         common: Common,
@@ -73,7 +73,7 @@ enum ShapeCommand {
     /// A disk, or a ball.
     Disk {
         /// Radius.
-        #[arg(long, default_value_t = 0.25, value_parser = positive)]
+        #[arg(long, default_value_t = 0.25, allow_negative_numbers = true, value_parser = positive)]
         radius: f64,
         #[command(flatten)]
         common: Common,
@@ -120,7 +120,7 @@ enum ShapeCommand {
         #[arg(long, default_value_t = 1)]
         seed: u64,
         /// Relative variation of the radius, from 0 to .9.
-        #[arg(long, default_value_t = 0.3, value_parser = finite)]
+        #[arg(long, default_value_t = 0.3, allow_negative_numbers = true, value_parser = finite)]
         roughness: f64,
         #[command(flatten)]
         common: Common,

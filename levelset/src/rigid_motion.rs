@@ -3,6 +3,13 @@
 use crate::contour::Contour;
 use fe_grid::Field;
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
+use std::f64::consts::{SQRT_2, TAU};
+
+/// Number of angles of the even covering in 2D: every three degrees, twelve per period of a star
+/// with ten arms.
+const N_ANGLES: usize = 120;
+/// Number of rotations of the even covering in 3D, about 25 degrees from each other.
+const N_ROTATIONS: usize = 360;
 
 /// A proper rigid motion `y = R x + t` from input coordinates `x` to aligned coordinates `y`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +156,48 @@ pub fn axis_rotations<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, 
         .filter(|m| determinant(m) > 0.0)
 }
 
+/// Returns rotations that cover the rotation group evenly: 119 in 2D, of which every rotation but the identity has one within
+/// a degree and a half, and 360 in 3D, some 25 degrees from each other.
+pub fn covering_rotations<const D: usize>() -> Vec<SMatrix<f64, D, D>> {
+    if D == 2 {
+        return (1..N_ANGLES)
+            .map(|i| plane_rotation(0, 1, TAU * i as f64 / N_ANGLES as f64))
+            .collect();
+    }
+    (0..N_ROTATIONS).map(spiral).collect()
+}
+
+/// Returns one point of a spiral through the unit quaternions, as a rotation: M. Alexa,
+/// *Super-Fibonacci spirals: fast, low-discrepancy sampling of SO(3)*, CVPR 2022.
+fn spiral<const D: usize>(i: usize) -> SMatrix<f64, D, D> {
+    /// The positive root of `x^4 = x + 4`.
+    const PSI: f64 = 1.533_751_168_755_204_3;
+    let s = i as f64 + 0.5;
+    let t = s / N_ROTATIONS as f64;
+    let (inner, outer) = (t.sqrt(), (1.0 - t).sqrt());
+    let (alpha, beta) = (TAU * s / SQRT_2, TAU * s / PSI);
+    let (x, y) = (inner * alpha.sin(), inner * alpha.cos());
+    let (z, w) = (outer * beta.sin(), outer * beta.cos());
+    let rows = [
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - z * w),
+            2.0 * (x * z + y * w),
+        ],
+        [
+            2.0 * (x * y + z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - x * w),
+        ],
+        [
+            2.0 * (x * z - y * w),
+            2.0 * (y * z + x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ];
+    SMatrix::from_fn(|i, j| rows[i][j])
+}
+
 /// Returns the angle, in `[0, pi]`, between two rotations in `D = 2` or `3` dimensions:
 /// `|R - S|_F = 2 sqrt 2 sin(angle/2)` in both.
 pub fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<f64, D, D>) -> f64 {
@@ -199,6 +248,26 @@ mod tests {
         }
         check::<2>(4);
         check::<3>(24);
+    }
+
+    #[test]
+    fn coverings_are_rotations_and_leave_no_gap() {
+        fn check<const D: usize>(n: usize, gap: f64) {
+            let list = covering_rotations::<D>();
+            assert_eq!(list.len(), n);
+            for r in &list {
+                assert!((r.transpose() * r - SMatrix::identity()).norm() < 1e-13);
+                assert!((determinant(r) - 1.0).abs() < 1e-13);
+            }
+            // Rotations far from the list itself: products of its elements.
+            for (i, a) in list.iter().enumerate() {
+                let probe = a * list[(7 * i + 3) % list.len()];
+                let near = list.iter().map(|r| angle_between(r, &probe));
+                assert!(near.fold(f64::INFINITY, f64::min) < gap);
+            }
+        }
+        check::<2>(N_ANGLES - 1, 3.01f64.to_radians());
+        check::<3>(N_ROTATIONS, 35f64.to_radians());
     }
 
     /// Two halves of a motion are the motion, also of half a turn.

@@ -233,7 +233,7 @@ fn results_are_checked() {
     place.write("average-bars/result.json", text.as_bytes());
 
     // The verdict follows from the doubts, and doubts from the status.
-    let doubt = serde_json::json!([{"cause": "not_converged"}]);
+    let doubt = serde_json::json!([{"what": "not_converged", "limit": 0.0, "remedy": "none"}]);
     let stated = results.json["verdict"].clone();
     for (verdict, doubts, status, words) in [
         (

@@ -241,7 +241,8 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<Candidate<D>, GeodesicError> {
         let level = self.coarse[self.coarse.len() - 1];
         let [from, to] = found.domain.order(self.start, self.end);
-        let turn = Turn::between(from, to, &level.grid);
+        let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
+        let turn = Turn::between(from, to, &grids);
         let Some(turn) = turn.filter(|_| !self.ended()) else {
             return Ok(found);
         };
