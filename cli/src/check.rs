@@ -109,13 +109,14 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
     let mut findings = Findings::default();
     check_sums(directory, &mut findings)?;
     check_inputs(&record, &mut findings);
-    check_verdict(&record, &mut findings);
-    if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
+    let intact = findings.wrong == 0;
+    let is_whole = check_verdict(&record, &mut findings) && intact;
+    if is_whole && record.pointer("/energy/elastic").is_some() {
         let stored = read_average(directory, true)?;
         per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
     } else if record["command"] != "geodesic" {
         check_deformations(directory, &mut findings)?;
-    } else if findings.wrong == 0 {
+    } else if is_whole {
         match record["dimension"].as_u64() {
             Some(2) => check_steps::<2>(directory, &mut findings)?,
             Some(3) => check_steps::<3>(directory, &mut findings)?,

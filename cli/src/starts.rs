@@ -123,7 +123,8 @@ impl<M> Found<M> {
         // Where the first was interrupted its result is, and there are no minima.
         let counts = self.interrupted && !self.minima.is_empty();
         let missing = if counts {
-            self.asked - self.starts.len()
+            // The last one, where it ended and what follows did not.
+            (self.asked - self.starts.len()).max(1)
         } else {
             0
         };

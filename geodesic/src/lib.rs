@@ -20,7 +20,8 @@
 //!   coordinates, and the better of both is taken), `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
 //!   matched. In the increments of the path its Hessian is block diagonal up to the mismatch of
 //!   their sum, and is inverted by two multigrid cycles; few iterations are needed on every grid.
-//!   The topology is that of the start shape. On coarse grids paths are minimised from the identity and
+//!   The topology is that of the start shape. On coarse grids paths are minimised from the identity,
+//!   from a rotation of the shape where that makes it overlap much more with the other one, and
 //!   from the optimal transport of one shape's volume to the other's, which finds the parts that correspond
 //!   where they lie apart; if none of these paths reaches its end, from a viscous flow, too.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all

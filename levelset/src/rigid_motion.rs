@@ -1,7 +1,7 @@
 //! Rigid motions of shapes, and rotations.
 
 use crate::contour::Contour;
-use fe_grid::Field;
+use fe_grid::{Field, Grid};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -111,6 +111,14 @@ impl<const D: usize> RigidMotion<D> {
             rotation,
             translation,
         }
+    }
+
+    /// Returns the displacement `R x + t - x` at the nodes of a grid.
+    pub fn displacement(&self, grid: Grid<D>) -> Field<f64, D, D> {
+        Field::from_fn(grid, |x| {
+            let y = self.map(x);
+            std::array::from_fn(|k| y[k] - x[k])
+        })
     }
 
     /// Transforms a signed distance to aligned coordinates: `u'(y) = u(R^T (y - t))` at every node

@@ -1,4 +1,4 @@
-//! The energies of the steps of a geodesic, and the determinants of its deformations, recomputed from its arrays.
+//! The energies of the steps of a geodesic, its length, and the determinants of its deformations, recomputed from its arrays.
 
 use std::path::Path;
 
@@ -43,7 +43,8 @@ struct Found {
     energies: Option<Vec<f64>>,
 }
 
-/// Compares the energies of all steps and the least determinant with those that the record states.
+/// Compares the energies of all steps, the length, the dissipation and the least determinant with those that the record
+/// states.
 ///
 /// # Errors
 /// [`CliError::NoGeodesic`] for another record, and those of reading arrays.
@@ -89,7 +90,7 @@ pub(super) fn check_steps<const D: usize>(
                 findings.compare("dissipation".into(), found, stated);
             }
             if let Some(stated) = length {
-                let found = found.iter().map(|w| w.sqrt()).sum();
+                let found = found.iter().map(|w| w.max(0.0).sqrt()).sum();
                 findings.compare_above(NEGLIGIBLE.sqrt(), "length".into(), found, stated);
             }
             for (k, (found, stated)) in found.into_iter().zip(stated).enumerate() {

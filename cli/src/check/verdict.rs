@@ -8,16 +8,20 @@ use serde_json::Value;
 use super::Findings;
 use crate::report::word;
 
-/// Compares the verdict of a record with its doubts, and these with its status. Records of commands that do not compute
-/// have neither.
-pub(super) fn check_verdict(record: &Value, findings: &mut Findings) {
+/// Commands whose status is that of a minimisation.
+const MINIMISING: [&str; 4] = ["average", "geodesic", "metric", "segment"];
+
+/// Compares the verdict of a record with its doubts, and these with the status of a minimisation. Records of commands that
+/// do not compute have neither. Returns whether both or none are stated.
+pub(super) fn check_verdict(record: &Value, findings: &mut Findings) -> bool {
     let (verdict, doubts) = (record["verdict"].as_str(), record["doubts"].as_array());
     let (verdict, doubts) = match (verdict, doubts) {
-        (None, None) => return,
+        (None, None) => return true,
         (Some(verdict), Some(doubts)) => (verdict, doubts),
         _ => {
             let found = "the record states only one of verdict and doubts";
-            return findings.add("verdict", found, false);
+            findings.add("verdict", found, false);
+            return false;
         }
     };
     let follows = if doubts.is_empty() {
@@ -32,12 +36,13 @@ pub(super) fn check_verdict(record: &Value, findings: &mut Findings) {
     };
     let found = format!("{verdict}, with {counted}");
     findings.add("verdict", found, verdict == word(&follows));
+    let minimises = MINIMISING
+        .iter()
+        .any(|command| record["command"] == *command);
     let ended = Status::deserialize(&record["status"]);
-    if ended.is_ok_and(|status| !status.converged()) && doubts.is_empty() {
-        findings.add(
-            "status",
-            "it has not converged, and there is no doubt",
-            false,
-        );
+    if minimises && doubts.is_empty() && ended.is_ok_and(|status| !status.converged()) {
+        let found = "it has not converged, and there is no doubt";
+        findings.add("status", found, false);
     }
+    true
 }

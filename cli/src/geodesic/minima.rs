@@ -82,11 +82,7 @@ fn deformations<const D: usize>(
     let at = |k: usize| {
         let share = k as f64 / steps as f64;
         if let Some(motion) = motion {
-            let part = motion.part(share, centre);
-            return Field::from_fn(grid, |x| {
-                let y = part.map(x);
-                std::array::from_fn(|k| y[k] - x[k])
-            });
+            return motion.part(share, centre).displacement(grid);
         }
         let mut part = displacement.clone();
         for value in part.as_mut_slice() {

@@ -194,15 +194,17 @@ impl ResultDir {
             }
             _ => OutputError::at(&self.target)(error),
         };
+        let placed = || {
+            give_way(&self.target)?;
+            renamed(&self.inner, &self.target).map_err(failed)
+        };
         match self.origin {
             Origin::Temporary(staging) => {
-                give_way(&self.target)?;
-                renamed(&self.inner, &self.target).map_err(failed)?;
+                placed()?;
                 drop(staging);
             }
             Origin::Work(handle, lock, held) => {
-                give_way(&self.target)?;
-                renamed(&self.inner, &self.target).map_err(failed)?;
+                placed()?;
                 // Held until now, so that no other run begins to use the directory.
                 let lock = handle.path().join(lock);
                 fs::remove_file(&lock).map_err(OutputError::at(&lock))?;

@@ -184,6 +184,14 @@ fn energies_of_geodesics_are_checked() {
         let words = ["length", "dissipation", "WRONG", "2 of its parts"];
         assert_eq!(checked(&place, name, &words), Some(2));
     }
+    // The energies of rotations are rounding errors, of either sign.
+    draw(&place, "u.npy", &["letter", "u", "--grid", "33"]);
+    let turned = ["letter", "u", "--rotate", "180", "--grid", "33"];
+    draw(&place, "turned.npy", &turned);
+    let path = ["geodesic", "u.npy", "turned.npy", "--grid", "33", "-K", "2"];
+    succeeded(&place.compute(&[&path[..], &["--align", "none", "-o", "turns"]].concat()));
+    assert!(Results::read(&place.path("turns")).number("/length") < 0.01);
+    assert!(matches!(checked(&place, "turns", &["length"]), Some(0 | 3)));
     // A step whose deformation folds in the void, where it is composed of two others and sampled at nodes; those that
     // were minimised do not.
     draw(&place, "star.npy", &["star", "--grid", "33"]);

@@ -241,9 +241,8 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<Candidate<D>, GeodesicError> {
         let level = self.coarse[self.coarse.len() - 1];
         let [from, to] = found.domain.order(self.start, self.end);
-        let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
-        let turn = Turn::between(from, to, &grids);
-        let Some(turn) = turn.filter(|_| !self.ended()) else {
+        let turn = (!self.ended()).then(|| Turn::between(from, to)).flatten();
+        let Some(turn) = turn else {
             return Ok(found);
         };
         let start = PathOnLevel::new(level, turn.path(&level.grid, level.steps));
@@ -402,7 +401,8 @@ impl<'a, const D: usize> Search<'a, D> {
     /// Number of levels without flows, for the display of progress.
     fn n_levels(&self) -> usize {
         let towards = time_schedule(self.params.steps).len();
-        let coarse = self.domains().len() * (self.coarse.len() + towards) + 1;
+        // Those of the path to targets and of the turned one.
+        let coarse = self.domains().len() * (self.coarse.len() + towards) + 2;
         (coarse + self.fine.len()).max(self.reports.len() + 1)
     }
 }

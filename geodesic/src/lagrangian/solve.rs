@@ -47,8 +47,8 @@ pub struct LagrangianPath<const D: usize> {
     /// Displacements of the deformations of that domain's shape into the 1st, ..., K-th shape, from
     /// there to the other end.
     pub displacements: Vec<Field<f64, D, D>>,
-    /// Convergence history of each level: all levels on which both domains were tried, those of paths to targets
-    /// ([`LevelReport::targets`]), and those on which the best one was continued; with a larger weight of the mismatch
+    /// Convergence history of each level: all levels on which both domains were tried, that of a turned path, those of
+    /// paths to targets ([`LevelReport::targets`]), and those on which the best one was continued; with a larger weight of the mismatch
     /// where it did not reach the other end.
     pub levels: Vec<LevelReport>,
 }
@@ -58,12 +58,14 @@ compiled_once! {
     /// inside) on one grid.
     ///
     /// The same path can be described on the domain of either shape. Both are minimised on coarse
-    /// grids from the identity, and from a rotation where the other shape looks turned. Another start is the path whose last deformation is attracted to the targets of the
+    /// grids from the identity, and the better one also from a rotation of the shape where that makes it overlap much more
+    /// with the other one. Another start is the path whose last deformation is attracted to the targets of the
     /// optimal transport of the shape's volume to that of the other one, on the domain on which it has less energy; if
-    /// none reaches the other end, a viscous flow is a third start of both domains. What reaches the other end, or else
-    /// has the least energy, is continued to the finest grid. If a part of one shape is hidden, the path is computed on the domain of the other,
-    /// which is deformed with what is hidden there. If it does not reach the other end there, the weight of the mismatch is doubled, six
-    /// times at most: the length is that of the least of these weights at which the path arrives.
+    /// none reaches the other end, a viscous flow is one more start of both domains. What reaches the other end, or else
+    /// has the least energy, is continued to the finest grid. If a part of one shape is hidden, the path is computed on the
+    /// domain of the other, which is deformed with what is hidden there. If it does not reach the other end there, the
+    /// weight of the mismatch is doubled, six times at most: the length is that of the least of these weights at which the
+    /// path arrives.
     ///
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable shapes.

@@ -1,18 +1,17 @@
-//! Paths that turn a shape as a whole, which costs nothing.
+//! Paths that turn a shape as a whole, which costs nothing under laws that are frame indifferent.
 //!
 //! Minimisers that begin with the identity follow rotations up to some 45 degrees. Where the other shape lies upside
 //! down, they end in a path that bends the shape the short way. Rotations that cover all others are tried by the overlap
 //! with the other shape on a coarse grid, and the best one is improved by small ones.
 
-use super::starts::most_nodes;
 use crate::shape::{Shape, on_grid, union_of};
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Grid, ScalarField};
 use levelset::RigidMotion;
 use levelset::rigid_motion::{covering_rotations, plane_rotation};
 use nalgebra::{SMatrix, SVector};
 
-/// Overlaps are measured on the first grid with so many nodes along an axis.
-const MEASURED_NODES: usize = 16;
+/// Most cells along an axis of the grid on which overlaps are measured.
+const MEASURED_CELLS: usize = 24;
 /// Shapes with at most this mismatch fit each other as they are.
 const FITTING: f64 = 0.05;
 /// A rotation is tried whose mismatch is at most this share of that without one.
@@ -30,13 +29,12 @@ pub(super) struct Turn<const D: usize> {
 
 impl<const D: usize> Turn<D> {
     /// The one after which a shape overlaps much more with another one than after the translation alone, if there is
-    /// one, and both are visible everywhere. Grids are given from coarse to fine.
-    pub fn between(from: &Shape<D>, to: &Shape<D>, grids: &[Grid<D>]) -> Option<Self> {
+    /// one, and both are visible everywhere.
+    pub fn between(from: &Shape<D>, to: &Shape<D>) -> Option<Self> {
         if from.hidden() || to.hidden() {
             return None;
         }
-        let measured = grids.iter().find(|grid| most_nodes(grid) >= MEASURED_NODES);
-        let grid = measured.or(grids.last())?;
+        let grid = &coarse(from.grid())?;
         let [own, other] = [from, to].map(|shape| on_grid(grid, &union_of(shape.components())));
         let [centre, moved] = [centre(&own)?, centre(&other)?];
         let about = |rotation: SMatrix<f64, D, D>| {
@@ -64,14 +62,18 @@ impl<const D: usize> Turn<D> {
         let mut x = Vec::with_capacity(steps * D * grid.n_nodes());
         for k in 1..=steps {
             let part = self.motion.part(k as f64 / steps as f64, self.centre);
-            let moved = Field::<f64, D, D>::from_fn(*grid, |x| {
-                let to = part.map(x);
-                std::array::from_fn(|k| to[k] - x[k])
-            });
-            x.extend_from_slice(moved.as_slice());
+            x.extend_from_slice(part.displacement(*grid).as_slice());
         }
         x
     }
+}
+
+/// A grid over the box of another one, of few cells whatever its hierarchy; as it is where they are few.
+fn coarse<const D: usize>(grid: &Grid<D>) -> Option<Grid<D>> {
+    let cells = grid.cells_per_axis();
+    let factor = cells.into_iter().max()?.div_ceil(MEASURED_CELLS);
+    let nodes = cells.map(|n| n.div_ceil(factor) + 1);
+    Grid::with_nodes(nodes, factor as f64 * grid.spacing()).ok()
 }
 
 /// A rotation of less mismatch nearby.
@@ -131,7 +133,20 @@ fn centre<const D: usize>(distance: &ScalarField<f64, D>) -> Option<SVector<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fe_grid::Field;
     use levelset::rigid_motion::angle_between;
+
+    #[test]
+    fn grids_of_few_cells_cover_the_box() {
+        for nodes in [[4, 9], [128, 40], [65, 257]] {
+            let grid = Grid::<2>::with_nodes(nodes, 0.01).unwrap();
+            let found = coarse(&grid).unwrap();
+            assert!(found.cells_per_axis().iter().all(|n| *n <= MEASURED_CELLS));
+            for (own, whole) in found.extent().into_iter().zip(grid.extent()) {
+                assert!(own > whole - 1e-12 && own < whole + found.spacing());
+            }
+        }
+    }
 
     /// A bracket, which no rotation maps to itself, is found in every position, and a path to it ends there.
     #[test]
@@ -153,7 +168,7 @@ mod tests {
         for rotation in [tilted, half_turn, plane_rotation(1, 2, 0.4)] {
             let right = RigidMotion::from_parts(rotation, middle - rotation * middle);
             let end = ScalarField::from_fn(grid, |x| [bracket(right.map_back(x))]);
-            let turn = Turn::between(&start, &Shape::new(end), &[grid]).unwrap();
+            let turn = Turn::between(&start, &Shape::new(end)).unwrap();
             let apart = angle_between(turn.motion.rotation(), &rotation);
             assert!(apart < 0.05, "{rotation}: {apart}");
             let path = turn.path(&grid, 2);
@@ -166,6 +181,6 @@ mod tests {
                 assert!((0..3).all(|k| (to[k] - found[k]).abs() < 0.4 * grid.spacing()));
             }
         }
-        assert!(Turn::between(&start, &start, &[grid]).is_none());
+        assert!(Turn::between(&start, &start).is_none());
     }
 }

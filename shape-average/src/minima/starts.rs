@@ -88,7 +88,7 @@ pub fn starts<const D: usize>(
         list.push(if let Some(motions) = motions {
             Start {
                 kind: StartKind::Pose,
-                displacements: motions.iter().map(|m| moved(coarsest, m)).collect(),
+                displacements: motions.iter().map(|m| m.displacement(coarsest)).collect(),
                 motions,
             }
         } else {
@@ -149,14 +149,6 @@ fn pose_starts<const D: usize>(
         add(motions);
     }
     Ok(list)
-}
-
-/// A motion as a displacement.
-fn moved<const D: usize>(grid: Grid<D>, motion: &RigidMotion<D>) -> Field<f64, D, D> {
-    Field::from_fn(grid, |x| {
-        let y = motion.map(x);
-        std::array::from_fn(|k| y[k] - x[k])
-    })
 }
 
 /// A smooth random displacement.
