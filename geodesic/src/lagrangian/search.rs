@@ -398,11 +398,10 @@ impl<'a, const D: usize> Search<'a, D> {
         Ok(path)
     }
 
-    /// Number of levels without flows, for the display of progress.
+    /// Number of levels without those of turned paths and of flows, for the display of progress.
     fn n_levels(&self) -> usize {
         let towards = time_schedule(self.params.steps).len();
-        // Those of the path to targets and of the turned one.
-        let coarse = self.domains().len() * (self.coarse.len() + towards) + 2;
+        let coarse = self.domains().len() * (self.coarse.len() + towards) + 1;
         (coarse + self.fine.len()).max(self.reports.len() + 1)
     }
 }
