@@ -1,5 +1,7 @@
 //! Doubts in `result.json`, on the terminal and in the report.
 
+use std::collections::HashSet;
+
 use levelset::verdict::worst;
 use levelset::{Cause, Doubt, Limit};
 use serde::{Deserialize, Serialize};
@@ -121,10 +123,11 @@ pub(crate) struct Grouped {
 /// The doubts in words, by cause; of every cause the first. Those of a file that is given twice are said once.
 pub(crate) fn grouped(doubts: &[DoubtRecord]) -> Vec<Grouped> {
     let groups = doubts.chunk_by(|a, b| a.what == b.what).map(|same| {
-        let mut sentences: Vec<String> = Vec::new();
+        // Cohorts have many doubts.
+        let (mut sentences, mut said) = (Vec::new(), HashSet::new());
         for doubt in same {
             let text = sentence(doubt);
-            if doubt.shape.is_none() || !sentences.contains(&text) {
+            if said.insert(text.clone()) || doubt.shape.is_none() {
                 sentences.push(text);
             }
         }

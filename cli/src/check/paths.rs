@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::geodesic::lagrangian::{Domain, PathObjective};
 use ::geodesic::level_sets::LevelSetObjective;
-use ::geodesic::{Form, GeodesicParams, certificate_inside};
+use ::geodesic::{Form, GeodesicParams, PathEnergy, certificate_inside};
 use fe_grid::minimise::Evaluation;
 use fe_grid::{Grid, ScalarField};
 use serde::Deserialize;
@@ -39,8 +39,8 @@ struct Found {
     /// The least determinant inside the object of the deformations that were minimised: those that are composed of them,
     /// and sampled at nodes, may fold in the void.
     least: f64,
-    /// The energies of the steps; `None` where a deformation is not admissible.
-    energies: Option<Vec<f64>>,
+    /// The energy of the path; `None` where a deformation is not admissible.
+    energy: Option<PathEnergy>,
 }
 
 /// Compares the energies of all steps, the length, the dissipation and the least determinant with those that the record
@@ -82,18 +82,16 @@ pub(super) fn check_steps<const D: usize>(
         Some(stated) => findings.compare("determinant".into(), found.least, stated.min_det),
         None => findings.add("determinant", shown(found.least), found.least > 0.0),
     }
-    match found.energies {
+    match found.energy {
         Some(found) => {
-            let steps = found.len() as f64;
             if let Some(stated) = dissipation {
-                let found = steps * found.iter().sum::<f64>();
-                findings.compare("dissipation".into(), found, stated);
+                findings.compare("dissipation".into(), found.dissipation(), stated);
             }
             if let Some(stated) = length {
-                let found = found.iter().map(|w| w.max(0.0).sqrt()).sum();
-                findings.compare_above(NEGLIGIBLE.sqrt(), "length".into(), found, stated);
+                let (what, negligible) = ("length".into(), NEGLIGIBLE.sqrt());
+                findings.compare_above(negligible, what, found.length(), stated);
             }
-            for (k, (found, stated)) in found.into_iter().zip(stated).enumerate() {
+            for (k, (found, stated)) in found.step_energies.into_iter().zip(stated).enumerate() {
                 findings.compare(format!("energy of step {}", k + 1), found, stated);
             }
         }
@@ -124,13 +122,13 @@ fn of_motions<const D: usize>(
     }
     let mut objective = PathObjective::new(own, other, params.steps, &params)?;
     let value = objective.evaluate(&motions, &mut [])?;
-    let mut energies = objective.energy().step_energies.clone();
+    let mut energy = objective.energy().clone();
     if domain == Domain::End {
-        energies.reverse();
+        energy.step_energies.reverse();
     }
     Ok(Found {
         least,
-        energies: (value != Evaluation::Inadmissible).then_some(energies),
+        energy: (value != Evaluation::Inadmissible).then_some(energy),
     })
 }
 
@@ -167,7 +165,6 @@ fn of_level_sets<const D: usize>(
     let value = energy.evaluate(&state, &mut [])?;
     Ok(Found {
         least,
-        energies: (value != Evaluation::Inadmissible)
-            .then(|| energy.energy().step_energies.clone()),
+        energy: (value != Evaluation::Inadmissible).then(|| energy.energy().clone()),
     })
 }

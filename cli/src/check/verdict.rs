@@ -24,18 +24,13 @@ pub(super) fn check_verdict(record: &Value, findings: &mut Findings) -> bool {
             return false;
         }
     };
-    let follows = if doubts.is_empty() {
-        Verdict::Sound
-    } else {
-        Verdict::Doubtful
-    };
     let counted = match doubts.len() {
         0 => "no doubts".to_owned(),
         1 => "1 doubt".to_owned(),
         n => format!("{n} doubts"),
     };
     let found = format!("{verdict}, with {counted}");
-    findings.add("verdict", found, verdict == word(&follows));
+    findings.add("verdict", found, verdict == word(&Verdict::of(doubts)));
     let minimises = MINIMISING
         .iter()
         .any(|command| record["command"] == *command);

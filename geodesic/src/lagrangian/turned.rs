@@ -6,9 +6,9 @@
 
 use crate::shape::{Shape, on_grid, union_of};
 use fe_grid::{Grid, ScalarField};
-use levelset::RigidMotion;
 use levelset::rigid_motion::{covering_rotations, plane_rotation};
-use nalgebra::{SMatrix, SVector};
+use levelset::{Moments, RigidMotion};
+use nalgebra::SMatrix;
 
 /// Most cells along an axis of the grid on which overlaps are measured.
 const MEASURED_CELLS: usize = 24;
@@ -36,18 +36,21 @@ impl<const D: usize> Turn<D> {
         }
         let grid = &coarse(from.grid())?;
         let [own, other] = [from, to].map(|shape| on_grid(grid, &union_of(shape.components())));
-        let [centre, moved] = [centre(&own)?, centre(&other)?];
+        let other = shares(&other);
+        let centre_of = |shares| Moments::of_density(shares).ok().map(|found| found.centroid);
+        let [centre, moved] = [centre_of(&shares(&own))?, centre_of(&other)?];
         let about = |rotation: SMatrix<f64, D, D>| {
             let translation = moved - rotation * centre;
             RigidMotion::from_parts(rotation, translation)
         };
-        let judged = |rotation| mismatch(&about(rotation).apply(&own), &other);
+        let judged = |rotation| mismatch(&shares(&about(rotation).apply(&own)), &other);
         let as_it_is = judged(SMatrix::identity());
         if as_it_is <= FITTING {
             return None;
         }
-        let all = std::iter::once(SMatrix::identity()).chain(covering_rotations());
-        let tried = all.map(|rotation| (judged(rotation), rotation));
+        let others = covering_rotations().into_iter();
+        let others = others.map(|rotation| (judged(rotation), rotation));
+        let tried = std::iter::once((as_it_is, SMatrix::identity())).chain(others);
         let best = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let (mismatch, rotation) = improved(best, &judged);
         (mismatch <= CLEARLY_LESS * as_it_is).then(|| Self {
@@ -99,35 +102,23 @@ fn improved<const D: usize>(
     (least, best)
 }
 
-/// The volume of the symmetric difference of two shapes, relative to that of their union.
+/// The volume of the symmetric difference of two shapes, relative to that of their union, from their shares of cells.
 fn mismatch<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) -> f64 {
-    let spacing = a.grid().spacing();
     let (mut apart, mut together) = (0.0, 0.0);
     for (a, b) in a.as_slice().iter().zip(b.as_slice()) {
-        let [a, b] = [a, b].map(|distance| share(*distance, spacing));
         apart += (a - b).abs();
-        together += a.max(b);
+        together += a.max(*b);
     }
     apart / together
 }
 
-/// About the share of a node's cell that lies in a shape.
-fn share(distance: f64, spacing: f64) -> f64 {
-    (0.5 + distance / spacing).clamp(0.0, 1.0)
-}
-
-/// The centre of a shape; none for one that is too small for the grid.
-fn centre<const D: usize>(distance: &ScalarField<f64, D>) -> Option<SVector<f64, D>> {
-    let grid = distance.grid();
-    let (mut sum, mut volume) = (SVector::zeros(), 0.0);
-    for (node, distance) in distance.as_slice().iter().enumerate() {
-        let share = share(*distance, grid.spacing());
-        if share > 0.0 {
-            sum += SVector::from(grid.position(grid.node(node))) * share;
-            volume += share;
-        }
+/// About the shares of the cells around the nodes that lie in a shape, from its signed distances.
+fn shares<const D: usize>(distance: &ScalarField<f64, D>) -> ScalarField<f64, D> {
+    let (grid, mut shares) = (distance.grid(), distance.clone());
+    for share in shares.as_mut_slice() {
+        *share = (0.5 + *share / grid.spacing()).clamp(0.0, 1.0);
     }
-    (volume > 0.0).then(|| sum / volume)
+    shares
 }
 
 #[cfg(test)]
@@ -135,6 +126,7 @@ mod tests {
     use super::*;
     use fe_grid::Field;
     use levelset::rigid_motion::angle_between;
+    use nalgebra::SVector;
 
     #[test]
     fn grids_of_few_cells_cover_the_box() {
