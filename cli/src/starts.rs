@@ -162,6 +162,16 @@ impl<M> Found<M> {
     }
 }
 
+/// An excess of energy, without the sign of what rounds to zero.
+pub(crate) fn rounded(excess: f64) -> String {
+    let text = format!("{excess:.3}");
+    if text == "-0.000" {
+        "0.000".into()
+    } else {
+        text
+    }
+}
+
 /// Numbers of starts, separated by commas.
 pub(crate) fn numbers(starts: &[usize]) -> String {
     let starts: Vec<String> = starts.iter().map(usize::to_string).collect();

@@ -135,6 +135,16 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
     }
 }
 
+impl<const D: usize, const M: usize> Field<f64, D, M> {
+    /// Evaluates the multilinear interpolant at the nodes of a grid of the same box.
+    pub fn on_grid(&self, grid: &Grid<D>) -> Field<f64, D, M> {
+        if grid == &self.grid {
+            return self.clone();
+        }
+        Field::from_fn(*grid, |x| self.sample(x))
+    }
+}
+
 impl<T: Element, const D: usize> Field<T, D, D> {
     /// Returns the identity deformation: the position of every node.
     pub fn identity(grid: Grid<D>) -> Self {

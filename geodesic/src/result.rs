@@ -15,7 +15,7 @@ use crate::overlap::{
     End, Overlaps, WholeOverlap, carried_overlaps, largest_share_outside, moved, overlaps, worst,
 };
 use crate::params::{DomainChoice, Form, GeodesicParams};
-use crate::shape::{Shape, check_known, on_grid, union_of};
+use crate::shape::{Shape, check_known, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
@@ -398,7 +398,7 @@ pub(crate) fn of_domain<const D: usize>(
     let [from, to] = path.domain.order(start, end);
     let across = &path.displacements[path.displacements.len() - 1];
     let overlaps = carried_overlaps(from, to, across)?;
-    let own = on_grid(across.grid(), &from.union());
+    let own = from.union().on_grid(across.grid());
     let certificate = Certificate::worst(
         path.displacements
             .iter()
@@ -424,12 +424,12 @@ pub(crate) fn of_domain<const D: usize>(
             Domain::End => found.level_sets.first(),
         };
         let changes = carried.map_or(0, |carried| {
-            topology_changes(carried, &on_grid(carried.grid(), &other))
+            topology_changes(carried, &other.on_grid(carried.grid()))
         });
         found.other_topology = changes.saturating_sub(found.contacts.len());
         if !found.contacts.is_empty() {
             let grid = across.grid();
-            let needed = topology_changes(&on_grid(grid, &own), &on_grid(grid, &other));
+            let needed = topology_changes(&own.on_grid(grid), &other.on_grid(grid));
             found.needless_contacts = found.contacts.len().saturating_sub(needed);
         }
     }
@@ -474,7 +474,7 @@ fn contacts_of<const D: usize>(
     path: &LagrangianPath<D>,
 ) -> Result<Vec<Contact>, GeodesicError> {
     let grid = *path.displacements[0].grid();
-    let outline = |u: &ScalarField<f64, D>| contour(&on_grid(&grid, u), 0.0, BoxEdge::Open);
+    let outline = |u: &ScalarField<f64, D>| contour(&u.on_grid(&grid), 0.0, BoxEdge::Open);
     let (own, end) = (outline(from)?, outline(to)?);
     if own.is_empty() || end.is_empty() {
         return Ok(Vec::new());

@@ -10,7 +10,7 @@
 use crate::error::GeodesicError;
 use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
-use fe_grid::{Field, Grid, ScalarField, mutant};
+use fe_grid::{Grid, ScalarField, mutant};
 
 /// Visibility of a shape.
 #[derive(Clone, Debug, Default)]
@@ -126,9 +126,9 @@ impl<const D: usize> Shape<D> {
 
     /// Returns the shape at the nodes of a grid of the same box.
     pub(crate) fn on_grid(&self, grid: &Grid<D>) -> ShapeOnGrid<D> {
-        let components: Vec<_> = self.components.iter().map(|u| on_grid(grid, u)).collect();
+        let components: Vec<_> = self.components.iter().map(|u| u.on_grid(grid)).collect();
         let weight = match &self.known {
-            Known::Within(weight) => Some(on_grid(grid, weight)),
+            Known::Within(weight) => Some(weight.on_grid(grid)),
             Known::Everywhere | Known::Inside => None,
         };
         ShapeOnGrid {
@@ -243,17 +243,6 @@ impl<const D: usize> KnownEnds<D> {
                 .flatten(),
         }
     }
-}
-
-/// Returns a level set at the nodes of a grid of the same box.
-pub(crate) fn on_grid<const D: usize>(
-    grid: &Grid<D>,
-    level_set: &Field<f64, D, 1>,
-) -> Field<f64, D, 1> {
-    if grid == level_set.grid() {
-        return level_set.clone();
-    }
-    Field::from_fn(*grid, |x| level_set.sample(x))
 }
 
 /// Returns the pointwise maximum of several level sets.

@@ -32,6 +32,7 @@ pub mod rigid_motion;
 mod search;
 mod surface;
 pub mod topology;
+mod turn;
 mod vector;
 pub mod verdict;
 
@@ -50,6 +51,7 @@ pub use heaviside::{Arctan, Compact, Step};
 pub use measures::{Moments, dice, dice_within, mask_volume, share_outside};
 pub use polyline::{Polyline, svg_path};
 pub use rigid_motion::RigidMotion;
+pub use turn::Turn;
 pub use verdict::{Doubt, Verdict};
 
 /// The examples of the README are tests.

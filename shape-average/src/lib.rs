@@ -83,6 +83,7 @@ mod shapes;
 mod solve;
 mod strain;
 mod stress;
+mod turned;
 
 pub use fe_grid;
 pub use hyperelastic;

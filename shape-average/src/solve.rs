@@ -9,6 +9,7 @@ use crate::params::{AverageParams, Mean, Solver};
 use crate::rematch::ByOthers;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
+use crate::turned::turned_start;
 use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::{Observer, together};
 use fe_grid::{Distribution, Field, Grid, compiled_once};
@@ -161,10 +162,17 @@ fn average_distributed_in<const D: usize>(
     let mut levels = levels_of_visible(shapes, seen, params, &distribution)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
     levels.drain(..first_level(&grids, shapes.len(), known)?);
+    let unknown = known.is_empty();
     let known = known.get(distribution.own()).unwrap_or_default();
     // Only where they are known by these distances alone.
     let rematched = seen.is_empty() && shapes.n_components() == 1;
     together(&distribution, observer, |observer| {
+        let turned = if unknown {
+            turned_start(shapes, &levels, params, observer)?
+        } else {
+            None
+        };
+        let known = turned.as_deref().unwrap_or(known);
         solve(shapes, levels, known, rematched, params, start, observer)
     })
 }

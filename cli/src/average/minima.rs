@@ -11,7 +11,7 @@ use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::session::Session;
-use crate::starts::{Found, Run, curvature, from_each, numbers};
+use crate::starts::{Found, Run, curvature, from_each, numbers, rounded};
 use crate::summary::Summary;
 use levelset::Doubt;
 
@@ -79,9 +79,9 @@ pub(super) fn add_minima(summary: &mut Summary, found: &FoundMinima) {
             (_, false) => "same",
         };
         format!(
-            "{:<13.6e} {:<9.3} {curvature:<11} {average:<9} {:<8.3} {}",
+            "{:<13.6e} {:<9} {curvature:<11} {average:<9} {:<8.3} {}",
             minimum.energy,
-            minimum.excess,
+            rounded(minimum.excess),
             minimum.state_distance,
             numbers(&minimum.starts)
         )

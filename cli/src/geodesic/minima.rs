@@ -12,7 +12,7 @@ use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::session::Session;
-use crate::starts::{Found, Run, curvature, from_each, numbers};
+use crate::starts::{Found, Run, curvature, from_each, numbers, rounded};
 use crate::summary::Summary;
 use levelset::Doubt;
 
@@ -126,9 +126,9 @@ pub(super) fn add_paths(summary: &mut Summary, found: &FoundPaths) {
     found.add_to(summary, ["path", "paths"], header, |_, minimum| {
         let arrives = if minimum.end_reached { "yes" } else { "no" };
         format!(
-            "{:<13.6e} {:<9.3} {:<11} {:<8.4} {arrives:<9} {:<8.3} {}",
+            "{:<13.6e} {:<9} {:<11} {:<8.4} {arrives:<9} {:<8.3} {}",
             minimum.length,
-            minimum.excess,
+            rounded(minimum.excess),
             curvature(minimum.least_eigenvalue.as_ref()),
             minimum.dice_end,
             minimum.distance,

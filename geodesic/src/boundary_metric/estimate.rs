@@ -5,7 +5,6 @@ use super::solve::{Flow, ShapeMetric};
 use super::variation::Variation;
 use crate::distances::richardson;
 use crate::error::GeodesicError;
-use crate::shape::on_grid;
 use fe_grid::{Grid, ScalarField, compiled_once};
 use levelset::{BoxEdge, ContourDistance, LevelsetError, contour};
 
@@ -141,7 +140,7 @@ fn estimate_on_two_grids<const D: usize>(
     let flow = ShapeMetric::new(distance, params)?.flow(variation)?;
     let half_grid = match distance.grid().coarser() {
         None => None,
-        Some(grid) => match ShapeMetric::new(&on_grid(&grid, distance), params) {
+        Some(grid) => match ShapeMetric::new(&distance.on_grid(&grid), params) {
             Ok(metric) => Some(metric.flow(variation)?.metric()),
             Err(GeodesicError::Degenerate { .. }) => None,
             Err(error) => return Err(error),

@@ -4,7 +4,6 @@ use super::solve::{Domain, LagrangianPath};
 use crate::error::GeodesicError;
 use crate::extension::{change_between, through_inverse};
 use crate::overlap::moved;
-use crate::shape::on_grid;
 use fe_grid::{Field, Grid, ScalarField, parallel};
 use levelset::{BoxEdge, ContourDistance, contour};
 
@@ -68,7 +67,7 @@ fn carried<const D: usize>(
     deformations: &[Field<f64, D, D>],
     grid: Grid<D>,
 ) -> Result<Vec<Vec<ScalarField<f64, D>>>, GeodesicError> {
-    let first: Vec<_> = components.iter().map(|u| on_grid(&grid, u)).collect();
+    let first: Vec<_> = components.iter().map(|u| u.on_grid(&grid)).collect();
     let outlines: Result<Vec<_>, _> = first
         .iter()
         .map(|u| contour(u, 0.0, BoxEdge::Open))

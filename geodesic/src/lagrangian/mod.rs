@@ -8,7 +8,6 @@ mod search;
 mod solve;
 mod stability;
 mod starts;
-mod turned;
 
 pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;

@@ -1,8 +1,7 @@
 //! The search for the valley of the shortest path on coarse grids, and the minimisation from there.
 
 use super::solve::{Deformations, Domain, LagrangianPath, displacements, on_domain, overlaps_of};
-use super::starts::{along_flow, most_nodes, time_schedule};
-use super::turned::Turn;
+use super::starts::{along_flow, along_turn, most_nodes, time_schedule};
 use crate::error::GeodesicError;
 use crate::levels::{Descent, Level, LevelReport, PathOnLevel};
 use crate::overlap::End;
@@ -10,6 +9,7 @@ use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
 use crate::transport::{Targets, transport};
 use fe_grid::minimise::{Observer, Status};
+use levelset::Turn;
 
 /// Factor of the tolerance on all levels but the finest: their paths are starts only.
 const COARSE_TOLERANCE: f64 = 20.0;
@@ -241,11 +241,13 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<Candidate<D>, GeodesicError> {
         let level = self.coarse[self.coarse.len() - 1];
         let [from, to] = found.domain.order(self.start, self.end);
-        let turn = (!self.ended()).then(|| Turn::between(from, to)).flatten();
-        let Some(turn) = turn else {
+        if self.ended() || from.hidden() || to.hidden() {
+            return Ok(found);
+        }
+        let Some(turn) = Turn::between(&from.union(), &to.union()) else {
             return Ok(found);
         };
-        let start = PathOnLevel::new(level, turn.path(&level.grid, level.steps));
+        let start = PathOnLevel::new(level, along_turn(&turn, level.grid, level.steps));
         let other = self.minimise(found.domain, start, &[level], 1.0, observer)?;
         Ok(found.or(other))
     }

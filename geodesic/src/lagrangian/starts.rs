@@ -6,6 +6,7 @@ use crate::params::GeodesicParams;
 use crate::shape::Shape;
 use fe_grid::Grid;
 use fe_grid::minimise::Observer;
+use levelset::Turn;
 
 /// Returns the largest number of nodes along an axis.
 pub(super) fn most_nodes<const D: usize>(grid: &Grid<D>) -> usize {
@@ -28,6 +29,14 @@ pub(super) fn along_flow<const D: usize>(
         x.extend_from_slice(motion.as_slice());
     }
     Ok(x)
+}
+
+/// Computes the displacements of all deformations of a path that turns a shape evenly, while its centre moves along a
+/// line.
+pub(super) fn along_turn<const D: usize>(turn: &Turn<D>, grid: Grid<D>, steps: usize) -> Vec<f64> {
+    let parts = (1..=steps).map(|k| turn.part(k as f64 / steps as f64));
+    let displacements = parts.map(|part| part.displacement(grid).into_vec());
+    displacements.collect::<Vec<_>>().concat()
 }
 
 /// Returns increasing numbers of steps: repeated halves, rounded up.

@@ -13,7 +13,7 @@
 mod cloud;
 mod plan;
 
-use crate::shape::{Shape, on_grid, union_of};
+use crate::shape::{Shape, union_of};
 use cloud::Cloud;
 use fe_grid::{Grid, ScalarField, compiled_once};
 use plan::Coupling;
@@ -97,7 +97,7 @@ fn transport_cost_in<const D: usize>(
     start: &ScalarField<f64, D>,
     end: &ScalarField<f64, D>,
 ) -> Option<f64> {
-    let on = |grid: &Grid<D>| [start, end].map(|shape| Cloud::new(&on_grid(grid, shape), None));
+    let on = |grid: &Grid<D>| [start, end].map(|shape| Cloud::new(&shape.on_grid(grid), None));
     let (grid, [from, to]) = clouds(&on, &start.grid().hierarchy(2), JUDGED)?;
     let [linear, distances] = Coupling::new(&from, &to, &grid).costs();
     Some(OF_DISTANCES.mul_add(distances, linear))

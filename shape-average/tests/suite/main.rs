@@ -23,5 +23,6 @@ mod rematch;
 mod rounds;
 mod seen;
 mod start;
+mod turned;
 mod units;
 mod weights;

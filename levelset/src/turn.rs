@@ -1,13 +1,13 @@
-//! Paths that turn a shape as a whole, which costs nothing under laws that are frame indifferent.
+//! Rotations of a shape as a whole after which it overlaps much more with another one.
 //!
-//! Minimisers that begin with the identity follow rotations up to some 45 degrees. Where the other shape lies upside
-//! down, they end in a path that bends the shape the short way. Rotations that cover all others are tried by the overlap
-//! with the other shape on a coarse grid, and the best one is improved by small ones.
+//! They cost nothing under laws that are frame indifferent. Minimisers that begin with the identity follow rotations up to
+//! some 45 degrees; where the other shape lies upside down, they end in a deformation that bends the shape the short way.
+//! Rotations that cover all others are tried by the overlap with the other shape on a coarse grid, and the best one is
+//! improved by small ones.
 
-use crate::shape::{Shape, on_grid, union_of};
+use crate::measures::Moments;
+use crate::rigid_motion::{RigidMotion, covering_rotations, plane_rotation};
 use fe_grid::{Grid, ScalarField};
-use levelset::rigid_motion::{covering_rotations, plane_rotation};
-use levelset::{Moments, RigidMotion};
 use nalgebra::SMatrix;
 
 /// Most cells along an axis of the grid on which overlaps are measured.
@@ -22,20 +22,17 @@ const HALVINGS: usize = 6;
 
 /// A rotation of a shape about its centre, which moves to the centre of another shape.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turn<const D: usize> {
+pub struct Turn<const D: usize> {
     motion: RigidMotion<D>,
     centre: [f64; D],
 }
 
 impl<const D: usize> Turn<D> {
     /// The one after which a shape overlaps much more with another one than after the translation alone, if there is
-    /// one, and both are visible everywhere.
-    pub fn between(from: &Shape<D>, to: &Shape<D>) -> Option<Self> {
-        if from.hidden() || to.hidden() {
-            return None;
-        }
+    /// one. Both are given by their signed distances (positive inside), on any grids of one box.
+    pub fn between(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
         let grid = &coarse(from.grid())?;
-        let [own, other] = [from, to].map(|shape| on_grid(grid, &union_of(shape.components())));
+        let [own, other] = [from, to].map(|shape| shape.on_grid(grid));
         let other = shares(&other);
         let centre_of = |shares| Moments::of_density(shares).ok().map(|found| found.centroid);
         let [centre, moved] = [centre_of(&shares(&own))?, centre_of(&other)?];
@@ -59,15 +56,14 @@ impl<const D: usize> Turn<D> {
         })
     }
 
-    /// The displacements of all steps of a path, one after the other: the shape turns evenly, and its centre moves along
-    /// a line.
-    pub fn path(&self, grid: &Grid<D>, steps: usize) -> Vec<f64> {
-        let mut x = Vec::with_capacity(steps * D * grid.n_nodes());
-        for k in 1..=steps {
-            let part = self.motion.part(k as f64 / steps as f64, self.centre);
-            x.extend_from_slice(part.displacement(*grid).as_slice());
-        }
-        x
+    /// The rotation, with the translation of the shape's centre to that of the other one.
+    pub fn motion(&self) -> &RigidMotion<D> {
+        &self.motion
+    }
+
+    /// A share of it: the shape is turned by this share of the angle, and its centre moved by this share of its way.
+    pub fn part(&self, share: f64) -> RigidMotion<D> {
+        self.motion.part(share, self.centre)
     }
 }
 
@@ -124,8 +120,7 @@ fn shares<const D: usize>(distance: &ScalarField<f64, D>) -> ScalarField<f64, D>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fe_grid::Field;
-    use levelset::rigid_motion::angle_between;
+    use crate::rigid_motion::angle_between;
     use nalgebra::SVector;
 
     #[test]
@@ -140,7 +135,7 @@ mod tests {
         }
     }
 
-    /// A bracket, which no rotation maps to itself, is found in every position, and a path to it ends there.
+    /// A bracket, which no rotation maps to itself, is found in every position.
     #[test]
     fn turned_shapes_are_found() {
         let grid = Grid::<3>::cube(17);
@@ -153,23 +148,25 @@ mod tests {
             let arm = cuboid([0.3, 0.3, 0.3], [0.45, 0.45, 0.8]);
             foot.max(arm)
         };
-        let start = Shape::new(ScalarField::from_fn(grid, |x| [bracket(x)]));
+        let start = ScalarField::from_fn(grid, |x| [bracket(x)]);
         let middle = SVector::from([0.5; 3]);
         let tilted = plane_rotation(0, 1, 2.5) * plane_rotation(1, 2, -1.2);
         let half_turn = plane_rotation(0, 2, std::f64::consts::PI);
         for rotation in [tilted, half_turn, plane_rotation(1, 2, 0.4)] {
             let right = RigidMotion::from_parts(rotation, middle - rotation * middle);
             let end = ScalarField::from_fn(grid, |x| [bracket(right.map_back(x))]);
-            let turn = Turn::between(&start, &Shape::new(end)).unwrap();
+            let turn = Turn::between(&start, &end).unwrap();
             let apart = angle_between(turn.motion.rotation(), &rotation);
             assert!(apart < 0.05, "{rotation}: {apart}");
-            let path = turn.path(&grid, 2);
-            let last = path[path.len() / 2..].to_vec();
-            let last = Field::<f64, 3, 3>::from_vec(grid, last).unwrap();
-            let inside = |node: &usize| start.components()[0].as_slice()[*node] > 0.0;
+            for share in [0.5, 1.0] {
+                let half = turn.part(share).angle() - share * turn.motion.angle();
+                assert!(half.abs() < 1e-9);
+            }
+            let last = turn.part(1.0);
+            let inside = |node: &usize| start.as_slice()[*node] > 0.0;
             for node in (0..grid.n_nodes()).filter(inside) {
-                let to = right.map(grid.position(grid.node(node)));
-                let found = last.deformed(node);
+                let from = grid.position(grid.node(node));
+                let (to, found) = (right.map(from), last.map(from));
                 assert!((0..3).all(|k| (to[k] - found[k]).abs() < 0.4 * grid.spacing()));
             }
         }
