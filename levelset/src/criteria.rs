@@ -29,6 +29,8 @@ pub enum Cause {
     Specks,
     /// A shape that fits better when it is reflected.
     Reflection,
+    /// A shape that fits better when it is turned.
+    Turned,
     /// Parts that the grid does not resolve.
     ThinParts,
     /// Samples of a mask that are far from each other for the grid.
@@ -124,7 +126,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 40] = [
+const CRITERIA: [Criterion; 41] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -222,6 +224,15 @@ const CRITERIA: [Criterion; 40] = [
         reason: "Alignments are rotations and translations. A shape that fits twice as well when \
                  it is reflected is the other side of a pair, or its image is reflected.",
         remedy: "reflect the image, or leave the shape out",
+    },
+    Criterion {
+        cause: Cause::Turned,
+        figure: "mismatch of the shape after a rotation, relative to that as it lies",
+        limit: Limit::AtLeast(0.4),
+        reason: "Rotations of whole shapes cost nothing, but minimisers find them up to some 45 degrees only. \
+                 Where a shape fits much better after a larger one, from which the energy is clearly \
+                 smaller, too, it may have been deformed instead of turned.",
+        remedy: "use --align rigid if positions do not matter, or --starts 4 to compare other minima",
     },
     Criterion {
         cause: Cause::ThinParts,

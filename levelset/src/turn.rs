@@ -25,6 +25,7 @@ const HALVINGS: usize = 6;
 pub struct Turn<const D: usize> {
     motion: RigidMotion<D>,
     centre: [f64; D],
+    mismatches: [f64; 2],
 }
 
 impl<const D: usize> Turn<D> {
@@ -53,12 +54,19 @@ impl<const D: usize> Turn<D> {
         (mismatch <= CLEARLY_LESS * as_it_is).then(|| Self {
             motion: about(rotation),
             centre: centre.into(),
+            mismatches: [as_it_is, mismatch],
         })
     }
 
     /// The rotation, with the translation of the shape's centre to that of the other one.
     pub fn motion(&self) -> &RigidMotion<D> {
         &self.motion
+    }
+
+    /// The volume in which both shapes differ, relative to that of their union, on a coarse grid: with the centres in one
+    /// place, and after the rotation.
+    pub fn mismatches(&self) -> [f64; 2] {
+        self.mismatches
     }
 
     /// A share of it: the shape is turned by this share of the angle, and its centre moved by this share of its way.

@@ -3,6 +3,7 @@
 use crate::joint::JointResult;
 use crate::params::AverageParams;
 use crate::result::{AverageResult, unconverged};
+use crate::turned::Turned;
 use fe_grid::minimise::Status;
 use levelset::{Cause, Doubt, Hausdorff};
 
@@ -14,7 +15,7 @@ const RESOLVED_SHARE: f64 = 5e-5;
 impl<const D: usize> AverageResult<D> {
     /// Returns the doubts about an average that was computed with these parameters: levels that did
     /// not converge, an energy too far above the minimum, a determinant at its lower bound, an average of
-    /// which no shape shows a part, and shapes, or components of them, that are not deformed onto the average.
+    /// which no shape shows a part, shapes that lie turned, and shapes, or components of them, that are not deformed onto the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let whole = [
             not_converged(unconverged(&self.levels), self.status),
@@ -28,7 +29,8 @@ impl<const D: usize> AverageResult<D> {
             doubts.map(move |doubt| doubt.within(c))
         });
         let whole = whole.into_iter().flatten();
-        whole.chain(shapes).chain(parts).collect()
+        let turned = self.turned.iter().filter_map(Turned::doubt);
+        whole.chain(turned).chain(shapes).chain(parts).collect()
     }
 
     /// The doubt about the energy above the minimum, if that was estimated.

@@ -18,6 +18,7 @@ use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
 use crate::shapes::{OwnShapes, Shapes};
+use crate::turned::Turned;
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Buffer, Distribution, Field, ScalarField, mutant};
 use std::time::Instant;
@@ -116,6 +117,12 @@ pub(crate) fn with_followers<const D: usize>(
         followed.push((i, terms));
     }
     let average = result.all_averages();
+    let leaders: Vec<usize> = (0..n).filter(|i| leads(*i)).collect();
+    let turned = result.turned.iter().map(|turned| Turned {
+        shape: leaders[turned.shape],
+        ..*turned
+    });
+    let turned: Vec<_> = turned.collect();
     let mut levels = result.levels;
     for (depth, level) in levels.iter_mut().rev().enumerate() {
         for (i, terms) in &followed {
@@ -129,7 +136,7 @@ pub(crate) fn with_followers<const D: usize>(
     let own = shapes.select(0..n, on_grid);
     let level = LevelShapes::of_shapes(grid, own.as_shapes(), params)?.with_visibility(seen);
     let x = Buffer::from(x);
-    of_first(AverageResult::new(
+    let result = of_first(AverageResult::new(
         own.as_shapes(),
         &weights,
         level,
@@ -137,7 +144,8 @@ pub(crate) fn with_followers<const D: usize>(
         average,
         levels,
         start,
-    )?)
+    )?)?;
+    Ok(AverageResult { turned, ..result })
 }
 
 /// Inserts the terms of a shape, given by the energy of this shape alone, among those of others.

@@ -108,6 +108,7 @@ pub use solve::{
 };
 pub use strain::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 pub use stress::cauchy_stress_at_nodes;
+pub use turned::Turned;
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -6,6 +6,7 @@ use crate::error::AverageError;
 use crate::level::LevelShapes;
 use crate::pushed::{Common, Pushed, SEEN};
 use crate::shapes::Shapes;
+use crate::turned::Turned;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, ScalarField, certify, parallel};
 use levelset::Hausdorff;
@@ -120,6 +121,9 @@ pub struct AverageResult<const D: usize> {
     /// visible part of the shape; `None` if one of the two has no boundary there.
     #[serde(skip)]
     pub hausdorff: Vec<Option<Hausdorff>>,
+    /// Shapes that lie turned among the others; empty where the minimisation began with known deformations.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub turned: Vec<Turned>,
     /// Convergence history of each level, coarsest first.
     pub levels: Vec<LevelReport>,
     /// For a median, the sum of roots before the first and after every iteration; otherwise empty.
@@ -196,6 +200,7 @@ impl<const D: usize> AverageResult<D> {
             certificate,
             dice: whole.dice,
             hausdorff: whole.hausdorff,
+            turned: Vec::new(),
             rounds: Vec::new(),
             status: overall_status(&levels),
             levels,

@@ -9,7 +9,7 @@ use crate::params::{AverageParams, Mean, Solver};
 use crate::rematch::ByOthers;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
-use crate::turned::turned_start;
+use crate::turned::Turnable;
 use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::{Observer, together};
 use fe_grid::{Distribution, Field, Grid, compiled_once};
@@ -168,12 +168,20 @@ fn average_distributed_in<const D: usize>(
     let rematched = seen.is_empty() && shapes.n_components() == 1;
     together(&distribution, observer, |observer| {
         let turned = if unknown {
-            turned_start(shapes, &levels, params, observer)?
+            let all = shapes.whole();
+            let turnable = Turnable {
+                shapes: &all[distribution.own()],
+                reference: &all[0],
+                levels: &levels,
+                targets: &[],
+                params,
+            };
+            turnable.turned(observer)?
         } else {
-            None
+            Vec::new()
         };
-        let known = turned.as_deref().unwrap_or(known);
-        solve(shapes, levels, known, rematched, params, start, observer)
+        let result = solve(shapes, levels, known, rematched, params, start, observer)?;
+        Ok(result.map(|result| AverageResult { turned, ..result }))
     })
 }
 
@@ -335,8 +343,17 @@ fn match_components_to_in<const D: usize>(
         let fields = target_phase_fields.iter().map(Field::as_slice);
         *finest = fields.collect::<Vec<_>>().concat();
     }
+    let turnable = Turnable {
+        shapes: shape.whole(),
+        reference: &target.whole()[0],
+        levels: &levels,
+        targets: &targets,
+        params: &params,
+    };
+    let turned = turnable.turned(observer)?;
     let problem = Levels::new(levels, &params).onto(targets).estimated();
-    of_first(solve_levels(problem, observer)?.into_result(shape, start)?)
+    let result = of_first(solve_levels(problem, observer)?.into_result(shape, start)?)?;
+    Ok(AverageResult { turned, ..result })
 }
 
 /// Checks all inputs and returns their grid.

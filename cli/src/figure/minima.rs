@@ -1,11 +1,8 @@
 //! Minima of an average that several starts lead to.
 
-use fe_grid::Field;
 use fe_grid::minimise::Status;
 use levelset::Contour;
-use shape_average::{
-    AverageResult, Minima, Start, StartKind, average_from, doubts_of_minima, starts,
-};
+use shape_average::{AverageResult, Minima, Start, average_from, doubts_of_minima, starts};
 use shapespace_picture::colour;
 use shapespace_report::table::{Cell, Table};
 
@@ -32,13 +29,7 @@ pub(super) fn minima<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
             displacements,
             ..
         } = start;
-        // From the identity, which also finds the minimum in which no shape is turned.
-        let (kind, displacements) = if kind == StartKind::Usual {
-            let zero = Field::zeros(grids[0]);
-            ("identity".to_owned(), vec![zero; shapes.len()])
-        } else {
-            (word(&kind), displacements)
-        };
+        let kind = word(&kind);
         let progress = &scene.session.progress;
         progress.note(format!("start {} of {STARTS} ({kind}):", i + 1));
         let mut watch = scene.session.observer(&grids);
@@ -102,7 +93,7 @@ pub(super) fn minima<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
     Ok(Sheet {
         title: "Minima of one average",
         text: format!(
-            "Minimisations from {STARTS} starts, as by `shapespace average --starts {STARTS}`, the first from the identity. The excess is \
+            "Minimisations from {STARTS} starts, as by `shapespace average --starts {STARTS}`. The excess is \
              the energy above the lowest, relative to the elastic energy of the lowest; the least \
              eigenvalue is that of the Hessian without rigid motions of all shapes together; `points` is \
              how far the points of the objects are apart from where the lowest minimum has them, relative to the size of the \

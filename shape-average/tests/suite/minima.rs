@@ -8,10 +8,9 @@ use shape_average::{
     average_from, doubts_of_minima, starts,
 };
 
-use crate::support::identity;
 use crate::support::shapes::{ellipsoid, shape, turned};
 
-/// The lowest result and all minima from `n` starts, of which the first is the identity.
+/// The lowest result and all minima from `n` starts.
 fn minima_of(
     shapes: &[ScalarField<f64, 2>],
     params: &AverageParams,
@@ -19,11 +18,7 @@ fn minima_of(
 ) -> (AverageResult<2>, Vec<Minimum>) {
     let mut minima = Minima::new(params);
     for start in starts(shapes, params, n).unwrap() {
-        let displacements = match start.kind {
-            StartKind::Usual => identity(shapes, params),
-            StartKind::Pose | StartKind::Random => start.displacements,
-        };
-        let found = average_from(shapes, &[], &displacements, params, &mut Silent).unwrap();
+        let found = average_from(shapes, &[], &start.displacements, params, &mut Silent).unwrap();
         minima.add(found).unwrap();
     }
     let (lowest, list) = minima.finish().unwrap().unwrap();
@@ -84,7 +79,7 @@ fn identical_shapes_stay_as_they_are() {
 fn mirror_images_make_a_mean_ambiguous() {
     let grid = Grid::dyadic(6);
     let shapes = [cross(grid, 0.37, 10.0), cross(grid, 0.17, 10.0)];
-    // The identity, a quarter turn, a random one, and the opposite quarter turn or the half turn.
+    // The usual start, a quarter turn, a random one, and the opposite quarter turn or the half turn.
     let (_, minima) = minima_of(&shapes, &AverageParams::default(), 6);
     let usual = minima.iter().find(|m| m.starts.contains(&1)).unwrap();
     assert!(usual.excess > 0.5, "{usual:?}");
@@ -100,7 +95,7 @@ fn mirror_images_make_a_mean_ambiguous() {
 }
 
 /// Two crossed ellipses are one ellipse that is turned, to the left or to the right: minima without elastic
-/// energy, whose averages have one shape. The identity does not break the symmetry: it ends at a square of
+/// energy, whose averages have one shape. The usual start does not break the symmetry: it ends at a square of
 /// much energy.
 #[test]
 fn correspondences_alone_do_not_make_a_mean_ambiguous() {

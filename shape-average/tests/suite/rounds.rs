@@ -1,10 +1,9 @@
 //! The rounds of the finest level, and runs that resume within them.
 
-use crate::support::identity;
 use crate::support::shapes::bar;
 use fe_grid::Grid;
 use fe_grid::minimise::{Memory, Observer};
-use shape_average::{AverageParams, AverageResult, average_from};
+use shape_average::{AverageParams, AverageResult, average};
 
 /// Keeps what minimisers remember, and returns one memory to the run that it is from.
 #[derive(Default)]
@@ -48,9 +47,8 @@ fn runs_resume_within_rounds() {
         bar(grid, 140.0, -1.0),
     ];
     let params = AverageParams::default();
-    let identity = identity(&shapes, &params);
     let mut tape = Tape::default();
-    let whole = average_from(&shapes, &[], &identity, &params, &mut tape).unwrap();
+    let whole = average(&shapes, &params, &mut tape).unwrap();
     let last = tape.run;
     let of_finest: Vec<_> = tape.kept.into_iter().filter(|m| m.0 == last).collect();
     let starts = of_finest.iter().filter(|m| m.1.energies.len() == 1).count();
@@ -61,7 +59,7 @@ fn runs_resume_within_rounds() {
             pending: Some(memory),
             ..Tape::default()
         };
-        let resumed = average_from(&shapes, &[], &identity, &params, &mut tape).unwrap();
+        let resumed = average(&shapes, &params, &mut tape).unwrap();
         assert!(tape.pending.is_none());
         assert!(resumed.average == whole.average);
         assert!(resumed.displacements == whole.displacements);

@@ -4,18 +4,9 @@
 pub mod angle;
 pub mod shapes;
 
+use fe_grid::ScalarField;
 use fe_grid::minimise::Silent;
-use fe_grid::{Field, ScalarField};
 use shape_average::{AverageParams, AverageResult, average};
-
-/// Displacements to begin with the identity, also where shapes look turned.
-pub fn identity<const D: usize>(
-    shapes: &[ScalarField<f64, D>],
-    params: &AverageParams,
-) -> Vec<Field<f64, D, D>> {
-    let coarsest = shapes[0].grid().hierarchy(params.coarsest_nodes)[0];
-    vec![Field::zeros(coarsest); shapes.len()]
-}
 
 /// The average, checked for what holds for every average.
 pub fn run<const D: usize>(
