@@ -1,6 +1,7 @@
 //! The result of a geodesic, common to both forms.
 
 use crate::arrival::{Arrival, pressed};
+use crate::calculus::rigid::rotation_degrees;
 use crate::cells::object_cells;
 use crate::contact::{Contact, contacts};
 use crate::energy::PathEnergy;
@@ -85,6 +86,10 @@ pub struct Geodesic<const D: usize> {
     /// off; of paths of one domain.
     #[serde(skip_serializing_if = "is_zero")]
     pub outside: f64,
+    /// The angle of the rotation that is nearest to the last deformation of the domain's shape, in degrees: by how much the
+    /// path turns the shape as a whole. `None` for paths of level sets.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_degrees: Option<f64>,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -413,6 +418,7 @@ pub(crate) fn of_domain<const D: usize>(
     };
     let mut found = found.finish();
     found.outside = largest_share_outside(&own, &path.displacements)?;
+    found.rotation_degrees = rotation_degrees(&own, across);
     if path.domain == Domain::End {
         found.energy.step_energies.reverse();
     }
@@ -567,6 +573,7 @@ impl<const D: usize> Found<D> {
             other_topology: 0,
             needless_contacts: 0,
             outside: 0.0,
+            rotation_degrees: None,
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,

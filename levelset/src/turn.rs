@@ -6,12 +6,12 @@
 //! improved by small ones.
 
 use crate::measures::Moments;
-use crate::rigid_motion::{RigidMotion, covering_rotations, plane_rotation};
+use crate::rigid_motion::{RigidMotion, covering_rotations, extended, plane_rotation};
 use fe_grid::{Grid, ScalarField};
-use nalgebra::SMatrix;
+use nalgebra::{SMatrix, SVector};
 
-/// Most cells along an axis of the grid on which overlaps are measured.
-const MEASURED_CELLS: usize = 24;
+/// Most cells along an axis of the grid on which overlaps are measured (2D, 3D).
+const MEASURED_CELLS: [usize; 2] = [24, 16];
 /// Shapes with at most this mismatch fit each other as they are.
 const FITTING: f64 = 0.05;
 /// A rotation is tried whose mismatch is at most this share of that without one.
@@ -32,30 +32,49 @@ impl<const D: usize> Turn<D> {
     /// The one after which a shape overlaps much more with another one than after the translation alone, if there is
     /// one. Both are given by their signed distances (positive inside), on any grids of one box.
     pub fn between(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
+        Self::best(from, to).filter(Self::clearly_better)
+    }
+
+    /// The one after which a shape overlaps most with another one; that by no angle where it fits so. The larger shape is
+    /// scaled to the volume of the smaller one for this. `None` for shapes without an inside.
+    pub fn best(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
         let grid = &coarse(from.grid())?;
         let [own, other] = [from, to].map(|shape| shape.on_grid(grid));
-        let other = shares(&other);
-        let centre_of = |shares| Moments::of_density(shares).ok().map(|found| found.centroid);
-        let [centre, moved] = [centre_of(&shares(&own))?, centre_of(&other)?];
+        let moments = |u| Moments::of_density(&shares(u)).ok();
+        let [from, to] = [moments(&own)?, moments(&other)?];
+        let [centre, moved] = [from.centroid, to.centroid];
+        // The ratio of their lengths.
+        let ratio = (to.volume / from.volume).powf(1.0 / D as f64);
+        let own = shrunk(own, centre, ratio);
+        let other = shares(&shrunk(other, moved, 1.0 / ratio));
         let about = |rotation: SMatrix<f64, D, D>| {
             let translation = moved - rotation * centre;
             RigidMotion::from_parts(rotation, translation)
         };
         let judged = |rotation| mismatch(&shares(&about(rotation).apply(&own)), &other);
         let as_it_is = judged(SMatrix::identity());
-        if as_it_is <= FITTING {
-            return None;
+        let mut best = (as_it_is, SMatrix::identity());
+        if as_it_is > FITTING {
+            for rotation in covering_rotations() {
+                let mismatch = judged(rotation);
+                if mismatch < best.0 {
+                    best = (mismatch, rotation);
+                }
+            }
+            best = improved(best, &judged);
         }
-        let others = covering_rotations().into_iter();
-        let others = others.map(|rotation| (judged(rotation), rotation));
-        let tried = std::iter::once((as_it_is, SMatrix::identity())).chain(others);
-        let best = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (mismatch, rotation) = improved(best, &judged);
-        (mismatch <= CLEARLY_LESS * as_it_is).then(|| Self {
+        let (mismatch, rotation) = best;
+        Some(Self {
             motion: about(rotation),
             centre: centre.into(),
             mismatches: [as_it_is, mismatch],
         })
+    }
+
+    /// Whether the shapes overlap much more after it than after the translation alone.
+    pub fn clearly_better(&self) -> bool {
+        let [as_it_is, turned] = self.mismatches;
+        as_it_is > FITTING && turned <= CLEARLY_LESS * as_it_is
     }
 
     /// The rotation, with the translation of the shape's centre to that of the other one.
@@ -63,8 +82,8 @@ impl<const D: usize> Turn<D> {
         &self.motion
     }
 
-    /// The volume in which both shapes differ, relative to that of their union, on a coarse grid: with the centres in one
-    /// place, and after the rotation.
+    /// The volume in which both shapes differ, relative to that of their union, at equal volumes and on a coarse grid: with
+    /// the centres in one place, and after the rotation.
     pub fn mismatches(&self) -> [f64; 2] {
         self.mismatches
     }
@@ -78,7 +97,10 @@ impl<const D: usize> Turn<D> {
 /// A grid over the box of another one, of few cells whatever its hierarchy; as it is where they are few.
 fn coarse<const D: usize>(grid: &Grid<D>) -> Option<Grid<D>> {
     let cells = grid.cells_per_axis();
-    let factor = cells.into_iter().max()?.div_ceil(MEASURED_CELLS);
+    let factor = cells
+        .into_iter()
+        .max()?
+        .div_ceil(MEASURED_CELLS[usize::from(D == 3)]);
     let nodes = cells.map(|n| n.div_ceil(factor) + 1);
     Grid::with_nodes(nodes, factor as f64 * grid.spacing()).ok()
 }
@@ -106,6 +128,21 @@ fn improved<const D: usize>(
     (least, best)
 }
 
+/// A shape scaled about its centre by a ratio below one, from its signed distance; as it is for other ratios.
+fn shrunk<const D: usize>(
+    distance: ScalarField<f64, D>,
+    centre: SVector<f64, D>,
+    ratio: f64,
+) -> ScalarField<f64, D> {
+    if ratio >= 1.0 {
+        return distance;
+    }
+    ScalarField::from_fn(*distance.grid(), |x| {
+        let from = centre + (SVector::from(x) - centre) / ratio;
+        [ratio * extended(&distance, &from.into())]
+    })
+}
+
 /// The volume of the symmetric difference of two shapes, relative to that of their union, from their shares of cells.
 fn mismatch<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) -> f64 {
     let (mut apart, mut together) = (0.0, 0.0);
@@ -129,14 +166,18 @@ fn shares<const D: usize>(distance: &ScalarField<f64, D>) -> ScalarField<f64, D>
 mod tests {
     use super::*;
     use crate::rigid_motion::angle_between;
-    use nalgebra::SVector;
 
     #[test]
     fn grids_of_few_cells_cover_the_box() {
         for nodes in [[4, 9], [128, 40], [65, 257]] {
             let grid = Grid::<2>::with_nodes(nodes, 0.01).unwrap();
             let found = coarse(&grid).unwrap();
-            assert!(found.cells_per_axis().iter().all(|n| *n <= MEASURED_CELLS));
+            assert!(
+                found
+                    .cells_per_axis()
+                    .iter()
+                    .all(|n| *n <= MEASURED_CELLS[0])
+            );
             for (own, whole) in found.extent().into_iter().zip(grid.extent()) {
                 assert!(own > whole - 1e-12 && own < whole + found.spacing());
             }
@@ -179,5 +220,13 @@ mod tests {
             }
         }
         assert!(Turn::between(&start, &start).is_none());
+        // Sizes do not hide a rotation.
+        let right = RigidMotion::from_parts(half_turn, middle - half_turn * middle);
+        for scale in [0.75, 1.2] {
+            let small = |x: [f64; 3]| bracket(x.map(|x| 0.5 + (x - 0.5) / scale));
+            let end = ScalarField::from_fn(grid, |x| [scale * small(right.map_back(x))]);
+            let turn = Turn::between(&start, &end).unwrap();
+            assert!(angle_between(turn.motion.rotation(), &half_turn) < 0.1);
+        }
     }
 }

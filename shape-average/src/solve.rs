@@ -168,12 +168,10 @@ fn average_distributed_in<const D: usize>(
     let rematched = seen.is_empty() && shapes.n_components() == 1;
     together(&distribution, observer, |observer| {
         let turned = if unknown {
-            let all = shapes.whole();
             let turnable = Turnable {
-                shapes: &all[distribution.own()],
-                reference: &all[0],
+                shapes: shapes.whole(),
+                onto: None,
                 levels: &levels,
-                targets: &[],
                 params,
             };
             turnable.turned(observer)?
@@ -345,9 +343,8 @@ fn match_components_to_in<const D: usize>(
     }
     let turnable = Turnable {
         shapes: shape.whole(),
-        reference: &target.whole()[0],
+        onto: Some((&target.whole()[0], &targets)),
         levels: &levels,
-        targets: &targets,
         params: &params,
     };
     let turned = turnable.turned(observer)?;

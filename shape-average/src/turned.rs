@@ -17,23 +17,24 @@ use fe_grid::{Field, ScalarField, parallel};
 use levelset::{Cause, Doubt, Turn};
 use serde::Serialize;
 
-/// Number of nodes along the longest side of the first grid that tells from where the functional is smaller.
-const COMPARED_NODES: usize = 17;
+/// Number of nodes along the longest side (2D, 3D) of the first grid that tells from where the functional is smaller. On 17
+/// nodes a side, energies of plane stars varied with the order of the shapes by more than what was to be seen.
+const COMPARED_NODES: [usize; 2] = [33, 17];
 /// Shapes of less mismatch as they lie are near each other. Nearly round ones that swell to one side and to the other
 /// have .1 to .2, ellipses whose axes differ by a half, across each other, .4.
 const APART: f64 = 0.25;
 /// The functional is clearly smaller where it falls by more than this share of the elastic energy.
 const CLEARLY_LESS: f64 = 0.5;
 
-/// A shape that overlaps much better with the first one, or with the average that it was deformed onto, after a rotation,
-/// from which the functional is clearly smaller.
+/// A shape that overlaps much better after a rotation, from which the functional is clearly smaller: with the first shape,
+/// or with the one that fits the first one least; or with the average that it was deformed onto.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Turned {
     /// The shape.
     pub shape: usize,
     /// The angle of the rotation, in degrees.
     pub degrees: f64,
-    /// The volume in which both differ, relative to that of their union: with the centroids in one place, and after the
+    /// The volume in which both differ at equal volumes, relative to that of their union: with the centroids in one place, and after the
     /// rotation.
     pub mismatches: [f64; 2],
 }
@@ -49,13 +50,12 @@ impl Turned {
 
 /// Shapes that may be turned, and what they are deformed onto.
 pub(crate) struct Turnable<'a, const D: usize> {
-    /// The signed distances of the shapes of this process.
+    /// The signed distances of all shapes.
     pub shapes: &'a [ScalarField<f64, D>],
-    /// The signed distance of the shape that tells whether they are turned: the first of all, or a fixed average.
-    pub reference: &'a ScalarField<f64, D>,
+    /// The signed distance of the fixed average that they are deformed onto, and its phase fields on every level.
+    pub onto: Option<(&'a ScalarField<f64, D>, &'a [Vec<f64>])>,
+    /// The shapes of this process.
     pub levels: &'a [LevelShapes<D>],
-    /// The fixed average on every level; empty where it is minimised, too.
-    pub targets: &'a [Vec<f64>],
     pub params: &'a AverageParams,
 }
 
@@ -65,46 +65,108 @@ impl<const D: usize> Turnable<'_, D> {
     /// # Errors
     /// Those of the minimisation.
     pub fn turned(&self, observer: &mut dyn Observer) -> Result<Vec<Turned>, AverageError> {
-        let first = &self.levels[0];
         // Fixed faces do not turn, and hidden parts are not compared.
-        if self.params.boundary != BoundaryCondition::Natural || !first.seen().is_empty() {
+        if self.params.boundary != BoundaryCondition::Natural || self.hidden() {
             return Ok(Vec::new());
         }
-        let turns = parallel::map(self.shapes, &|shape| {
-            Turn::between(shape, self.reference).filter(|turn| turn.mismatches()[0] >= APART)
-        });
-        let numbers = |turn: &Option<Turn<D>>| match turn {
-            Some(turn) => {
-                let [as_it_lies, turned] = turn.mismatches();
-                [turn.motion().angle().to_degrees(), as_it_lies, turned]
-            }
-            None => [0.0; 3],
+        let (first, fixed) = match self.onto {
+            Some((average, _)) => (average, true),
+            None => (&self.shapes[0], false),
         };
-        let own: Vec<_> = turns.iter().map(numbers).collect();
-        let all = first.distribution().share(&own).into_iter().enumerate();
-        let found = all.filter(|(_, [degrees, ..])| *degrees > 0.0);
-        let found = found.map(|(shape, [degrees, as_it_lies, turned])| Turned {
-            shape,
-            degrees,
-            mismatches: [as_it_lies, turned],
-        });
-        let found: Vec<_> = found.collect();
+        let onto_first = self.onto(first);
+        let as_they_lie = self.share(&onto_first, |turn| turn.mismatches()[0]);
+        let identity = &mut None;
+        let found = self.named(&onto_first, identity, observer)?;
+        if fixed || !found.is_empty() {
+            return Ok(found);
+        }
+        // A round shape has no angle: the one that fits the first one least tells, too.
+        let farthest = as_they_lie.iter().enumerate();
+        let farthest = farthest.max_by(|a, b| a.1.total_cmp(b.1));
+        match farthest {
+            Some((other, _)) if other > 0 => {
+                self.named(&self.onto(&self.shapes[other]), identity, observer)
+            }
+            _ => Ok(found),
+        }
+    }
+
+    /// The shapes that fit much better after their turns, if the functional is clearly smaller after all of them than that
+    /// from the identity, which is computed once. Collective.
+    fn named(
+        &self,
+        turns: &[Option<Turn<D>>],
+        identity: &mut Option<Energy>,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Turned>, AverageError> {
+        let found = self.list(turns);
         if found.is_empty() {
             return Ok(found);
         }
-        let displacement = |turn: &Option<Turn<D>>| match turn {
-            Some(turn) => turn.motion().displacement(*first.grid()),
-            None => Field::zeros(*first.grid()),
+        if identity.is_none() {
+            *identity = self.reached(&[], observer)?;
+        }
+        let grid = *self.levels[0].grid();
+        let displacement = |turn: &Option<Turn<D>>| match turn.filter(lies_turned) {
+            Some(turn) => turn.motion().displacement(grid),
+            None => Field::zeros(grid),
         };
         let start: Vec<_> = turns.iter().map(displacement).collect();
-        let (Some(identity), Some(turned)) = (
-            self.reached(&[], observer)?,
-            self.reached(&start, observer)?,
-        ) else {
-            return Ok(Vec::new());
-        };
-        let clearly = identity.total - turned.total > CLEARLY_LESS * identity.parts[0];
+        let turned = self.reached(&start, observer)?;
+        let clearly = identity
+            .as_ref()
+            .zip(turned)
+            .is_some_and(|(identity, turned)| {
+                identity.total - turned.total > CLEARLY_LESS * identity.parts[0]
+            });
         Ok(if clearly { found } else { Vec::new() })
+    }
+
+    /// Whether parts of shapes are hidden. Collective.
+    fn hidden(&self) -> bool {
+        let level = &self.levels[0];
+        let hides = |seen: &ScalarField<f64, D>| seen.as_slice().iter().any(|w| *w < 1.0);
+        let own = (0..level.n_own()).map(|i| level.seen().get(i).is_some_and(hides));
+        let own: Vec<_> = own.map(|hidden| [f64::from(u8::from(hidden))]).collect();
+        level
+            .distribution()
+            .share(&own)
+            .iter()
+            .any(|[one]| *one > 0.0)
+    }
+
+    /// The best turns of the shapes of this process onto another one.
+    fn onto(&self, reference: &ScalarField<f64, D>) -> Vec<Option<Turn<D>>> {
+        let own = &self.shapes[self.levels[0].distribution().own()];
+        parallel::map(own, &|shape| Turn::best(shape, reference))
+    }
+
+    /// A number of the turns of all shapes; zero of none. Collective.
+    fn share(&self, turns: &[Option<Turn<D>>], number: fn(&Turn<D>) -> f64) -> Vec<f64> {
+        let own = turns.iter().map(|turn| [turn.as_ref().map_or(0.0, number)]);
+        let all = self.levels[0]
+            .distribution()
+            .share(&own.collect::<Vec<_>>());
+        all.into_iter().map(|[number]| number).collect()
+    }
+
+    /// The shapes of all processes that fit much better after their turns. Collective.
+    fn list(&self, turns: &[Option<Turn<D>>]) -> Vec<Turned> {
+        let angles = self.share(turns, |turn| {
+            let degrees = turn.motion().angle().to_degrees();
+            if lies_turned(turn) { degrees } else { 0.0 }
+        });
+        let as_they_lie = self.share(turns, |turn| turn.mismatches()[0]);
+        let after = self.share(turns, |turn| turn.mismatches()[1]);
+        let mismatches = as_they_lie.into_iter().zip(after);
+        let all = angles.into_iter().zip(mismatches).enumerate();
+        let all = all.filter(|(_, (degrees, _))| *degrees > 0.0);
+        let turned = all.map(|(shape, (degrees, (as_it_lies, after)))| Turned {
+            shape,
+            degrees,
+            mismatches: [as_it_lies, after],
+        });
+        turned.collect()
     }
 
     /// The energy that is reached from these displacements, or the identity, on the first grid that resolves shapes;
@@ -116,17 +178,21 @@ impl<const D: usize> Turnable<'_, D> {
     ) -> Result<Option<Energy>, AverageError> {
         let resolved = |level: &LevelShapes<D>| {
             let nodes = level.grid().nodes_per_axis().into_iter();
-            nodes.max() >= Some(COMPARED_NODES)
+            nodes.max() >= Some(COMPARED_NODES[usize::from(D == 3)])
         };
         let last = self.levels.len() - 1;
         let last = self.levels.iter().position(resolved).unwrap_or(last);
         let start = start.iter().map(Field::as_slice).collect();
         let mut problem = Levels::new(self.levels[..=last].to_vec(), self.params).from(start);
-        if !self.targets.is_empty() {
-            problem = problem.onto(self.targets[..=last].to_vec());
+        if let Some((_, targets)) = self.onto {
+            problem = problem.onto(targets[..=last].to_vec());
         }
         let reached = solve_levels(problem, &mut Quiet(observer))?;
         let cancelled = reached.cancelled() || observer.between() == Control::Cancel;
         Ok((!cancelled).then(|| reached.energy()))
     }
+}
+
+fn lies_turned<const D: usize>(turn: &Turn<D>) -> bool {
+    turn.mismatches()[0] >= APART && turn.clearly_better()
 }

@@ -98,6 +98,9 @@ pub(super) fn record<'a, const D: usize>(
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
+/// Smaller angles of the rotation of a whole shape, in degrees, are not worth a line: bends have such, too.
+const LEAST_ANGLE: f64 = 20.0;
+
 /// The summary of a result.
 pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let (found, path) = (&record.body, record.body.result);
@@ -140,6 +143,10 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
                 arrival.missing.max(arrival.surplus)
             ),
         );
+    }
+    if let Some(angle) = path.rotation_degrees.filter(|angle| *angle >= LEAST_ANGLE) {
+        let turned = format!("by {angle:.0} degrees as a whole, which costs nothing");
+        summary.line("rotation", turned);
     }
     if let Some(changes) = changes_of_topology(&path.contacts) {
         summary.line("contacts", changes);

@@ -90,7 +90,7 @@ mod memory;
 mod metric;
 mod params;
 mod regrid;
-mod rigid;
+pub(crate) mod rigid;
 mod shapes;
 mod space;
 

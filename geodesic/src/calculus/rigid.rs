@@ -9,7 +9,8 @@
 //!   `rig(a, b)` is the rigid motion that brings `a` nearest to `b`. A rigid rotation and
 //!   translation is thus continued; no frame is preferred, and the choice is symmetric in time.
 
-use fe_grid::Grid;
+use fe_grid::{Field, Grid, ScalarField};
+use levelset::rigid_motion::angle_between;
 use nalgebra::{SMatrix, SVector};
 
 /// The rigid motion `y -> rotation y + shift`.
@@ -143,6 +144,26 @@ impl<const D: usize> Matter<D> {
             *u -= share * m;
         }
     }
+}
+
+/// The angle of the rotation that is nearest to a deformation of a shape, given by its signed distance (positive inside)
+/// on the same grid, in degrees; `None` where no node is inside.
+pub(crate) fn rotation_degrees<const D: usize>(
+    shape: &ScalarField<f64, D>,
+    displacement: &Field<f64, D, D>,
+) -> Option<f64> {
+    let density = shape
+        .as_slice()
+        .iter()
+        .map(|u| f64::from(u8::from(*u > 0.0)));
+    let density: Vec<f64> = density.collect();
+    if density.iter().all(|share| *share == 0.0) {
+        return None;
+    }
+    let matter = Matter::new(*shape.grid(), density);
+    let identity = vec![0.0; displacement.as_slice().len()];
+    let rotation = matter.fit(&identity, displacement.as_slice()).rotation;
+    Some(angle_between(&rotation, &SMatrix::identity()).to_degrees())
 }
 
 impl<const D: usize> RigidMotion<D> {

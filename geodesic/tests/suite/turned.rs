@@ -33,6 +33,8 @@ fn path<const D: usize>(
     let end = shape(nodes, &|x| inside(motion.map_back(x)));
     let path = geodesic_between(&start, &end, params, &mut Silent).unwrap();
     assert!(path.end_reached(), "{degrees}");
+    let found = path.rotation_degrees.unwrap();
+    assert!((found - degrees).abs() < 4.0, "{found}, not {degrees}");
     let last: &Field<f64, D, D> = &path.motions[params.steps - 1];
     let grid = *last.grid();
     let nodes = (0..grid.n_nodes()).filter(|&node| start.components()[0].as_slice()[node] > 0.0);

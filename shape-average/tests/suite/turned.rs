@@ -1,6 +1,6 @@
 //! Averages of shapes that are not aligned: rotations cost nothing.
 
-use crate::support::shapes::{ellipsoid, shape, turned};
+use crate::support::shapes::{ball, ellipsoid, shape, turned};
 use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
 use fe_grid::{Grid, ScalarField};
 use levelset::{Cause, signed_distance};
@@ -57,6 +57,12 @@ fn shapes_that_lie_turned_are_named() {
         mean: Mean::Median,
         ..AverageParams::default()
     });
+    // A disk has no angle.
+    let grid = Grid::<2>::dyadic(5);
+    let mut shapes = vec![ball(grid, [0.5; 2], 0.25)];
+    shapes.extend([0.0, 120.0, 240.0].map(|degrees| bracket(grid, degrees)));
+    let named = turned_ones(&shapes, &AverageParams::default());
+    assert!(named.len() >= 2 && named[0].0 > 0, "{named:?}");
     // The leaders of an average have other places.
     let shapes = [10.0, 0.0, 160.0].map(|degrees| bracket(Grid::<2>::dyadic(5), degrees));
     let params = AverageParams {
