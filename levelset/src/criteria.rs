@@ -228,9 +228,9 @@ const CRITERIA: [Criterion; 41] = [
     Criterion {
         cause: Cause::Turned,
         figure: "mismatch of the shape after a rotation, relative to that as it lies",
-        limit: Limit::AtLeast(0.4),
+        limit: Limit::AtLeast(0.5),
         reason: "Rotations of whole shapes cost nothing, but minimisers find them up to some 45 degrees only. \
-                 Where a shape fits much better after a larger one, from which the energy is clearly \
+                 Where a shape fits twice as well after a larger one, from which the energy is clearly \
                  smaller, too, it may have been deformed instead of turned.",
         remedy: "use --align rigid if positions do not matter, or --starts 4 to compare other minima",
     },
