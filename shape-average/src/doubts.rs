@@ -2,8 +2,7 @@
 
 use crate::joint::JointResult;
 use crate::params::AverageParams;
-use crate::result::{AverageResult, unconverged};
-use crate::turned::Turned;
+use crate::result::{AverageResult, Turned, unconverged};
 use fe_grid::minimise::Status;
 use levelset::{Cause, Doubt, Hausdorff};
 
@@ -98,6 +97,15 @@ impl<const D: usize> JointResult<D> {
             .flatten()
             .chain(of_images.into_iter().flatten())
             .collect()
+    }
+}
+
+impl Turned {
+    /// The doubt about the deformation that does not turn the shape.
+    pub fn doubt(&self) -> Option<Doubt> {
+        let [as_it_lies, turned] = self.mismatches;
+        let doubt = Doubt::check(Cause::Turned, turned / as_it_lies);
+        doubt.map(|doubt| doubt.about(self.shape))
     }
 }
 

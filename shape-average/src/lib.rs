@@ -100,7 +100,7 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use minima::{Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Precision, Solver};
-pub use result::{AverageResult, ComponentResult, LevelReport, Rematch};
+pub use result::{AverageResult, ComponentResult, LevelReport, Rematch, Turned};
 pub use shapes::Shapes;
 pub use solve::{
     average, average_distributed, average_from, average_of_components, average_of_visible,
@@ -108,7 +108,6 @@ pub use solve::{
 };
 pub use strain::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 pub use stress::cauchy_stress_at_nodes;
-pub use turned::Turned;
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -6,7 +6,6 @@ use crate::error::AverageError;
 use crate::level::LevelShapes;
 use crate::pushed::{Common, Pushed, SEEN};
 use crate::shapes::Shapes;
-use crate::turned::Turned;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, ScalarField, certify, parallel};
 use levelset::Hausdorff;
@@ -22,6 +21,19 @@ pub struct Rematch {
     pub by_way_of: usize,
     /// Its weighted terms of the functional before and after, for the average before.
     pub energies: [f64; 2],
+}
+
+/// A shape that overlaps much better after a rotation, from which the functional is clearly smaller: with the first shape,
+/// or with the one that fits the first one least; or with the average that it was deformed onto.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Turned {
+    /// The shape.
+    pub shape: usize,
+    /// The angle of the rotation, in degrees.
+    pub degrees: f64,
+    /// The volume in which both differ at equal volumes, relative to that of their union: with the centroids in one place, and after the
+    /// rotation.
+    pub mismatches: [f64; 2],
 }
 
 /// Convergence history of one level.

@@ -12,10 +12,10 @@ use crate::hierarchy::{Levels, solve_levels};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, BoundaryCondition};
 use crate::quiet::Quiet;
+use crate::result::Turned;
 use fe_grid::minimise::{Control, Observer};
 use fe_grid::{Field, ScalarField, parallel};
-use levelset::{Cause, Doubt, Turn};
-use serde::Serialize;
+use levelset::Turn;
 
 /// Number of nodes along the longest side (2D, 3D) of the first grid that tells from where the functional is smaller. On 17
 /// nodes a side, energies of plane stars varied with the order of the shapes by more than what was to be seen.
@@ -25,28 +25,6 @@ const COMPARED_NODES: [usize; 2] = [33, 17];
 const APART: f64 = 0.25;
 /// The functional is clearly smaller where it falls by more than this share of the elastic energy.
 const CLEARLY_LESS: f64 = 0.5;
-
-/// A shape that overlaps much better after a rotation, from which the functional is clearly smaller: with the first shape,
-/// or with the one that fits the first one least; or with the average that it was deformed onto.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Turned {
-    /// The shape.
-    pub shape: usize,
-    /// The angle of the rotation, in degrees.
-    pub degrees: f64,
-    /// The volume in which both differ at equal volumes, relative to that of their union: with the centroids in one place, and after the
-    /// rotation.
-    pub mismatches: [f64; 2],
-}
-
-impl Turned {
-    /// The doubt about the deformation that does not turn the shape.
-    pub fn doubt(&self) -> Option<Doubt> {
-        let [as_it_lies, turned] = self.mismatches;
-        let doubt = Doubt::check(Cause::Turned, turned / as_it_lies);
-        doubt.map(|doubt| doubt.about(self.shape))
-    }
-}
 
 /// Shapes that may be turned, and what they are deformed onto.
 pub(crate) struct Turnable<'a, const D: usize> {
