@@ -9,7 +9,7 @@ use levelset::{Cause, Doubt, Hausdorff};
 /// Elastic energies below this share of the whole functional are not resolved: where quadrature
 /// points pass from cell to cell, the functional has kinks of 1e-6 to 3e-6 (measured on bars at 129
 /// nodes a side), a few per cent of this.
-const RESOLVED_SHARE: f64 = 5e-5;
+pub(crate) const RESOLVED_SHARE: f64 = 5e-5;
 
 impl<const D: usize> AverageResult<D> {
     /// Returns the doubts about an average that was computed with these parameters: levels that did

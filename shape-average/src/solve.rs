@@ -9,7 +9,7 @@ use crate::params::{AverageParams, Mean, Solver};
 use crate::rematch::ByOthers;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
-use crate::turned::Turnable;
+use crate::turned::{Found, Turnable};
 use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::{Observer, together};
 use fe_grid::{Distribution, Field, Grid, compiled_once};
@@ -176,10 +176,10 @@ fn average_distributed_in<const D: usize>(
             };
             turnable.turned(observer)?
         } else {
-            Vec::new()
+            None
         };
         let result = solve(shapes, levels, known, rematched, params, start, observer)?;
-        Ok(result.map(|result| AverageResult { turned, ..result }))
+        Ok(result.map(|result| with_turned(result, turned)))
     })
 }
 
@@ -350,7 +350,13 @@ fn match_components_to_in<const D: usize>(
     let turned = turnable.turned(observer)?;
     let problem = Levels::new(levels, &params).onto(targets).estimated();
     let result = of_first(solve_levels(problem, observer)?.into_result(shape, start)?)?;
-    Ok(AverageResult { turned, ..result })
+    Ok(with_turned(result, turned))
+}
+
+/// The result with the shapes that still lie turned.
+fn with_turned<const D: usize>(result: AverageResult<D>, found: Option<Found>) -> AverageResult<D> {
+    let turned = found.map_or_else(Vec::new, |found| found.beside(&result.energy));
+    AverageResult { turned, ..result }
 }
 
 /// Checks all inputs and returns their grid.

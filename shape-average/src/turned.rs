@@ -3,9 +3,10 @@
 //! A rotation of a whole shape costs nothing. But a minimiser that begins with the identity follows rotations up to some 45
 //! degrees only, and shapes that lie upside down are bent the short way. Whether they should be turned is not known: tall
 //! and wide ellipses may be one ellipse in two positions, or two that lie as they should, as organs do in a scanner. So
-//! nothing is turned here, and shapes are named that overlap much better after a rotation, see [`Turn`], if the functional
-//! is clearly smaller from there, too.
+//! nothing is turned here, and shapes are named that overlap much better after a rotation, see [`Turn`], if on a coarse grid
+//! the functional is smaller from there, and the elastic energy clearly smaller than from the identity and in the result.
 
+use crate::doubts::RESOLVED_SHARE;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{Levels, solve_levels};
@@ -23,8 +24,32 @@ const COMPARED_NODES: [usize; 2] = [33, 17];
 /// Shapes of less mismatch as they lie are near each other. Nearly round ones that swell to one side and to the other
 /// have .1 to .2, ellipses whose axes differ by a half, across each other, .4.
 const APART: f64 = 0.25;
-/// The functional is clearly smaller where it falls by more than this share of the elastic energy.
-const CLEARLY_LESS: f64 = 0.5;
+/// An elastic energy is clearly more than another one from this multiple on.
+const CLEARLY_MORE: f64 = 1.5;
+
+/// Shapes that fit much better after their turns, and the energy that is reached from there on a coarse grid.
+pub(crate) struct Found {
+    list: Vec<Turned>,
+    energy: Energy,
+}
+
+impl Found {
+    /// The shapes that lie turned: all, if the elastic energy of the result is clearly more than that after their turns;
+    /// none where the minimiser has found these itself.
+    pub fn beside(self, result: &Energy) -> Vec<Turned> {
+        if clearly_more(result, &self.energy) {
+            self.list
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+/// Whether the elastic energy is clearly more than another one, and more than what is resolved of the functional.
+fn clearly_more(energy: &Energy, other: &Energy) -> bool {
+    let resolved = RESOLVED_SHARE * other.total;
+    energy.parts[0] > CLEARLY_MORE * other.parts[0].max(resolved)
+}
 
 /// Shapes that may be turned, and what they are deformed onto.
 pub(crate) struct Turnable<'a, const D: usize> {
@@ -38,14 +63,14 @@ pub(crate) struct Turnable<'a, const D: usize> {
 }
 
 impl<const D: usize> Turnable<'_, D> {
-    /// The shapes of all processes that lie turned. Collective.
+    /// The shapes of all processes that may lie turned, if there are any. Collective.
     ///
     /// # Errors
     /// Those of the minimisation.
-    pub fn turned(&self, observer: &mut dyn Observer) -> Result<Vec<Turned>, AverageError> {
+    pub fn turned(&self, observer: &mut dyn Observer) -> Result<Option<Found>, AverageError> {
         // Fixed faces do not turn, and hidden parts are not compared.
         if self.params.boundary != BoundaryCondition::Natural || self.hidden() {
-            return Ok(Vec::new());
+            return Ok(None);
         }
         let (first, fixed) = match self.onto {
             Some((average, _)) => (average, true),
@@ -55,7 +80,7 @@ impl<const D: usize> Turnable<'_, D> {
         let as_they_lie = self.share(&onto_first, |turn| turn.mismatches()[0]);
         let identity = &mut None;
         let found = self.named(&onto_first, identity, observer)?;
-        if fixed || !found.is_empty() {
+        if fixed || found.is_some() {
             return Ok(found);
         }
         // A round shape has no angle: the one that fits the first one least tells, too.
@@ -76,10 +101,10 @@ impl<const D: usize> Turnable<'_, D> {
         turns: &[Option<Turn<D>>],
         identity: &mut Option<Energy>,
         observer: &mut dyn Observer,
-    ) -> Result<Vec<Turned>, AverageError> {
-        let found = self.list(turns);
-        if found.is_empty() {
-            return Ok(found);
+    ) -> Result<Option<Found>, AverageError> {
+        let list = self.list(turns);
+        if list.is_empty() {
+            return Ok(None);
         }
         if identity.is_none() {
             *identity = self.reached(&[], observer)?;
@@ -91,13 +116,13 @@ impl<const D: usize> Turnable<'_, D> {
         };
         let start: Vec<_> = turns.iter().map(displacement).collect();
         let turned = self.reached(&start, observer)?;
-        let clearly = identity
+        Ok(identity
             .as_ref()
             .zip(turned)
-            .is_some_and(|(identity, turned)| {
-                identity.total - turned.total > CLEARLY_LESS * identity.parts[0]
-            });
-        Ok(if clearly { found } else { Vec::new() })
+            .and_then(|(identity, energy)| {
+                let better = energy.total < identity.total && clearly_more(identity, &energy);
+                better.then_some(Found { list, energy })
+            }))
     }
 
     /// Whether parts of shapes are hidden. Collective.

@@ -57,10 +57,20 @@ fn shapes_that_lie_turned_are_named() {
         mean: Mean::Median,
         ..AverageParams::default()
     });
-    // A disk has no angle.
+    // A disk has no angle: of the drops after it, two are turned onto the third.
     let grid = Grid::<2>::dyadic(5);
-    let mut shapes = vec![ball(grid, [0.5; 2], 0.25)];
-    shapes.extend([0.0, 120.0, 240.0].map(|degrees| bracket(grid, degrees)));
+    let mut shapes = vec![ball(grid, [0.5; 2], 0.2)];
+    shapes.extend([0.0, 120.0, 240.0].map(|degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        shape(grid, |[x, y]| {
+            let part = |k: usize| {
+                let t = k as f64 / 20.0;
+                let from = [0.5 + (0.35 * t - 0.1) * cos, 0.5 + (0.35 * t - 0.1) * sin];
+                0.19 - 0.14 * t - (x - from[0]).hypot(y - from[1])
+            };
+            (0..=20).map(part).fold(f64::NEG_INFINITY, f64::max)
+        })
+    }));
     let named = turned_ones(&shapes, &AverageParams::default());
     assert!(named.len() >= 2 && named[0].0 > 0, "{named:?}");
     // The leaders of an average have other places.
