@@ -125,6 +125,22 @@ impl<const D: usize> Grid<D> {
         })
     }
 
+    /// Returns every `k`-th node as a grid of at most so many cells along its longest side. It covers the box, and ends
+    /// less than its own spacing beyond it where `k` does not divide the cells.
+    ///
+    /// # Errors
+    /// [`GridError::Spacing`] where the spacing overflows.
+    ///
+    /// # Panics
+    /// If no cells are asked for.
+    pub fn thinned(&self, most_cells: usize) -> Result<Self, GridError> {
+        let cells = self.cells_per_axis();
+        let longest = cells.into_iter().max().unwrap_or(1);
+        let every = longest.div_ceil(most_cells);
+        let nodes = cells.map(|n| n.div_ceil(every) + 1);
+        Self::with_nodes(nodes, every as f64 * self.spacing)
+    }
+
     /// Returns the grid with half the spacing on the same box.
     pub fn finer(&self) -> Self {
         Self {

@@ -230,8 +230,8 @@ const CRITERIA: [Criterion; 41] = [
         figure: "mismatch of the shape after a rotation, relative to that as it lies",
         limit: Limit::AtLeast(0.5),
         reason: "Rotations of whole shapes cost nothing, but minimisers find them up to some 45 degrees only. \
-                 Where a shape fits twice as well after a larger one, from which the energy is clearly \
-                 smaller, too, it may have been deformed instead of turned.",
+                 Where a shape fits twice as well after a larger one, from which the elastic energy is \
+                 clearly smaller, too, it may have been deformed instead of turned.",
         remedy: "use --align rigid if positions do not matter, or --starts 4 to compare other minima",
     },
     Criterion {

@@ -7,7 +7,7 @@
 
 use crate::measures::Moments;
 use crate::rigid_motion::{RigidMotion, covering_rotations, extended, plane_rotation};
-use fe_grid::{Grid, ScalarField};
+use fe_grid::ScalarField;
 use nalgebra::{SMatrix, SVector};
 
 /// Most cells along an axis of the grid on which overlaps are measured (2D, 3D).
@@ -38,7 +38,8 @@ impl<const D: usize> Turn<D> {
     /// The one after which a shape overlaps most with another one; that by no angle where it fits so. The larger shape is
     /// scaled to the volume of the smaller one for this. `None` for shapes without an inside.
     pub fn best(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
-        let grid = &coarse(from.grid())?;
+        let most_cells = MEASURED_CELLS[usize::from(D == 3)];
+        let grid = &from.grid().thinned(most_cells).ok()?;
         let [own, other] = [from, to].map(|shape| shape.on_grid(grid));
         let moments = |u| Moments::of_density(&shares(u)).ok();
         let [from, to] = [moments(&own)?, moments(&other)?];
@@ -92,17 +93,6 @@ impl<const D: usize> Turn<D> {
     pub fn part(&self, share: f64) -> RigidMotion<D> {
         self.motion.part(share, self.centre)
     }
-}
-
-/// A grid over the box of another one, of few cells whatever its hierarchy; as it is where they are few.
-fn coarse<const D: usize>(grid: &Grid<D>) -> Option<Grid<D>> {
-    let cells = grid.cells_per_axis();
-    let factor = cells
-        .into_iter()
-        .max()?
-        .div_ceil(MEASURED_CELLS[usize::from(D == 3)]);
-    let nodes = cells.map(|n| n.div_ceil(factor) + 1);
-    Grid::with_nodes(nodes, factor as f64 * grid.spacing()).ok()
 }
 
 /// A rotation of less mismatch nearby.
@@ -166,23 +156,7 @@ fn shares<const D: usize>(distance: &ScalarField<f64, D>) -> ScalarField<f64, D>
 mod tests {
     use super::*;
     use crate::rigid_motion::angle_between;
-
-    #[test]
-    fn grids_of_few_cells_cover_the_box() {
-        for nodes in [[4, 9], [128, 40], [65, 257]] {
-            let grid = Grid::<2>::with_nodes(nodes, 0.01).unwrap();
-            let found = coarse(&grid).unwrap();
-            assert!(
-                found
-                    .cells_per_axis()
-                    .iter()
-                    .all(|n| *n <= MEASURED_CELLS[0])
-            );
-            for (own, whole) in found.extent().into_iter().zip(grid.extent()) {
-                assert!(own > whole - 1e-12 && own < whole + found.spacing());
-            }
-        }
-    }
+    use fe_grid::Grid;
 
     /// A bracket, which no rotation maps to itself, is found in every position.
     #[test]

@@ -32,7 +32,7 @@ use fe_grid::{Distribution, Field, compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
 use nalgebra::{SMatrix, SVector};
 
-use indicator::{Indicator, Masked, thinned};
+use indicator::{Indicator, Masked};
 pub use levelset::RigidMotion;
 use matching::{Matching, Pose};
 pub use poses::poses;
@@ -425,7 +425,7 @@ impl<const D: usize> Target<D> {
         let dim = usize::from(D == 3);
         let moved: Vec<_> = shapes.iter().zip(motions.iter().copied()).collect();
         let mean = |n_nodes: usize| -> Result<Indicator<D>, LevelsetError> {
-            let nodes = thinned(shapes[0].parts[0].distance.grid(), n_nodes)?;
+            let nodes = shapes[0].parts[0].distance.grid().thinned(n_nodes - 1)?;
             let step = Compact::new(HALF_WIDTH * nodes.spacing())?;
             Indicator::mean(&moved, nodes, step)
         };

@@ -6,15 +6,11 @@ use crate::result::{AverageResult, Turned, unconverged};
 use fe_grid::minimise::Status;
 use levelset::{Cause, Doubt, Hausdorff};
 
-/// Elastic energies below this share of the whole functional are not resolved: where quadrature
-/// points pass from cell to cell, the functional has kinks of 1e-6 to 3e-6 (measured on bars at 129
-/// nodes a side), a few per cent of this.
-pub(crate) const RESOLVED_SHARE: f64 = 5e-5;
-
 impl<const D: usize> AverageResult<D> {
     /// Returns the doubts about an average that was computed with these parameters: levels that did
     /// not converge, an energy too far above the minimum, a determinant at its lower bound, an average of
-    /// which no shape shows a part, shapes that lie turned, and shapes, or components of them, that are not deformed onto the average.
+    /// which no shape shows a part, shapes that lie turned, and shapes, or components of
+    /// them, that are not deformed onto the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let whole = [
             not_converged(unconverged(&self.levels), self.status),
@@ -44,8 +40,7 @@ impl<const D: usize> AverageResult<D> {
 
     /// The weighted elastic energy, or what is resolved of the functional if that is more.
     pub(crate) fn elastic_scale(&self) -> f64 {
-        let [elastic, ..] = self.energy.parts;
-        elastic.max(RESOLVED_SHARE * self.energy.total)
+        self.energy.elastic_scale()
     }
 
     /// The doubts about the deformations onto the average, from the overlap and the distance of each.

@@ -50,7 +50,7 @@ impl<const D: usize> Leaders<D> {
     ) -> Self {
         let n = shapes.len();
         let weights = params.resolved_weights(n);
-        let leaders: Vec<usize> = (0..n).filter(|&i| weights[i] > 0.0).collect();
+        let leaders = leaders_of(&weights);
         let seen = leaders.iter().filter_map(|&i| seen.get(i));
         // Displacements that are not one per shape are passed on unchanged, so that the error is
         // reported.
@@ -72,6 +72,11 @@ impl<const D: usize> Leaders<D> {
             },
         }
     }
+}
+
+/// The shapes whose weight is not zero.
+fn leaders_of(weights: &[f64]) -> Vec<usize> {
+    (0..weights.len()).filter(|&i| weights[i] > 0.0).collect()
 }
 
 /// Adds the shapes of weight zero to the average of the others.
@@ -116,7 +121,7 @@ pub(crate) fn with_followers<const D: usize>(
         followed.push((i, terms));
     }
     let average = result.all_averages();
-    let leaders: Vec<usize> = (0..n).filter(|i| leads(*i)).collect();
+    let leaders = leaders_of(&weights);
     let turned = result.turned.iter().map(|turned| Turned {
         shape: leaders[turned.shape],
         ..*turned

@@ -45,12 +45,7 @@ impl<const D: usize> Pushed<D> {
         let own = shapes.distribution().own().zip(displacements).enumerate();
         let moved = parallel::map(own, &|(i, (number, u))| {
             // A cancelled run ends on a coarser grid than that of the inputs.
-            let distances = inputs.select([number], |d| {
-                if *d.grid() == grid {
-                    return d.clone();
-                }
-                ScalarField::from_fn(grid, |x| d.sample(x))
-            });
+            let distances = inputs.select([number], |d| d.on_grid(&grid));
             let distances = distances.as_shapes();
             let inverse = InverseDeformation::new(u);
             let push = |distance| inverse.push_forward(distance, far);

@@ -23,16 +23,16 @@ pub struct Rematch {
     pub energies: [f64; 2],
 }
 
-/// A shape that overlaps much better after a rotation, from which the functional is clearly smaller: with the first shape,
-/// or with the one that fits the first one least; or with the average that it was deformed onto.
+/// A shape that overlaps much better after a rotation, from which the elastic energy is clearly smaller: with the first
+/// shape, or with the one that fits the first one least; or with the average that it was deformed onto.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Turned {
     /// The shape.
     pub shape: usize,
     /// The angle of the rotation, in degrees.
     pub degrees: f64,
-    /// The volume in which both differ at equal volumes, relative to that of their union: with the centroids in one place, and after the
-    /// rotation.
+    /// The volume in which both differ at equal volumes, relative to that of their union: with the centroids in one place,
+    /// and after the rotation.
     pub mismatches: [f64; 2],
 }
 
@@ -133,7 +133,8 @@ pub struct AverageResult<const D: usize> {
     /// visible part of the shape; `None` if one of the two has no boundary there.
     #[serde(skip)]
     pub hausdorff: Vec<Option<Hausdorff>>,
-    /// Shapes that lie turned among the others; empty where the minimisation began with known deformations.
+    /// Shapes of positive weight that lie turned among the others; not looked for where the minimisation began with known
+    /// deformations, parts are hidden, or faces are fixed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub turned: Vec<Turned>,
     /// Convergence history of each level, coarsest first.

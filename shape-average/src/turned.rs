@@ -6,7 +6,6 @@
 //! nothing is turned here, and shapes are named that overlap much better after a rotation, see [`Turn`], if on a coarse grid
 //! the functional is smaller from there, and the elastic energy clearly smaller than from the identity and in the result.
 
-use crate::doubts::RESOLVED_SHARE;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{Levels, solve_levels};
@@ -47,8 +46,29 @@ impl Found {
 
 /// Whether the elastic energy is clearly more than another one, and more than what is resolved of the functional.
 fn clearly_more(energy: &Energy, other: &Energy) -> bool {
-    let resolved = RESOLVED_SHARE * other.total;
-    energy.parts[0] > CLEARLY_MORE * other.parts[0].max(resolved)
+    energy.parts[0] > CLEARLY_MORE * other.elastic_scale()
+}
+
+/// The best turns of shapes onto one other shape.
+struct Turns<const D: usize> {
+    /// Those of the shapes of this process.
+    own: Vec<Option<Turn<D>>>,
+    /// Of the shapes of all processes the angles, in degrees, zero of those that do not lie turned, and the two mismatches.
+    all: Vec<[f64; 3]>,
+}
+
+impl<const D: usize> Turns<D> {
+    /// The shapes of all processes that fit much better after their turns.
+    fn list(&self) -> Vec<Turned> {
+        let all = self.all.iter().enumerate();
+        let turned = all.filter(|(_, [degrees, ..])| *degrees > 0.0);
+        let turned = turned.map(|(shape, [degrees, mismatches @ ..])| Turned {
+            shape,
+            degrees: *degrees,
+            mismatches: *mismatches,
+        });
+        turned.collect()
+    }
 }
 
 /// Shapes that may be turned, and what they are deformed onto.
@@ -77,52 +97,51 @@ impl<const D: usize> Turnable<'_, D> {
             None => (&self.shapes[0], false),
         };
         let onto_first = self.onto(first);
-        let as_they_lie = self.share(&onto_first, |turn| turn.mismatches()[0]);
         let identity = &mut None;
         let found = self.named(&onto_first, identity, observer)?;
         if fixed || found.is_some() {
             return Ok(found);
         }
         // A round shape has no angle: the one that fits the first one least tells, too.
-        let farthest = as_they_lie.iter().enumerate();
-        let farthest = farthest.max_by(|a, b| a.1.total_cmp(b.1));
+        let farthest = onto_first.all.iter().map(|[_, as_it_lies, _]| as_it_lies);
+        let farthest = farthest.enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         match farthest {
             Some((other, _)) if other > 0 => {
                 self.named(&self.onto(&self.shapes[other]), identity, observer)
             }
-            _ => Ok(found),
+            _ => Ok(None),
         }
     }
 
-    /// The shapes that fit much better after their turns, if the functional is clearly smaller after all of them than that
-    /// from the identity, which is computed once. Collective.
+    /// The shapes that fit much better after their turns, if the functional is smaller after all of them than from the
+    /// identity, and the elastic energy clearly so. The energy from the identity is computed once. Collective.
     fn named(
         &self,
-        turns: &[Option<Turn<D>>],
+        turns: &Turns<D>,
         identity: &mut Option<Energy>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Found>, AverageError> {
-        let list = self.list(turns);
+        let list = turns.list();
         if list.is_empty() {
             return Ok(None);
         }
         if identity.is_none() {
             *identity = self.reached(&[], observer)?;
         }
+        let Some(identity) = identity else {
+            return Ok(None);
+        };
         let grid = *self.levels[0].grid();
         let displacement = |turn: &Option<Turn<D>>| match turn.filter(lies_turned) {
             Some(turn) => turn.motion().displacement(grid),
             None => Field::zeros(grid),
         };
-        let start: Vec<_> = turns.iter().map(displacement).collect();
+        let start: Vec<_> = turns.own.iter().map(displacement).collect();
         let turned = self.reached(&start, observer)?;
-        Ok(identity
-            .as_ref()
-            .zip(turned)
-            .and_then(|(identity, energy)| {
-                let better = energy.total < identity.total && clearly_more(identity, &energy);
-                better.then_some(Found { list, energy })
-            }))
+        let better =
+            |turned: &Energy| turned.total < identity.total && clearly_more(identity, turned);
+        let turned = turned.filter(better);
+        Ok(turned.map(|energy| Found { list, energy }))
     }
 
     /// Whether parts of shapes are hidden. Collective.
@@ -138,38 +157,23 @@ impl<const D: usize> Turnable<'_, D> {
             .any(|[one]| *one > 0.0)
     }
 
-    /// The best turns of the shapes of this process onto another one.
-    fn onto(&self, reference: &ScalarField<f64, D>) -> Vec<Option<Turn<D>>> {
-        let own = &self.shapes[self.levels[0].distribution().own()];
-        parallel::map(own, &|shape| Turn::best(shape, reference))
-    }
-
-    /// A number of the turns of all shapes; zero of none. Collective.
-    fn share(&self, turns: &[Option<Turn<D>>], number: fn(&Turn<D>) -> f64) -> Vec<f64> {
-        let own = turns.iter().map(|turn| [turn.as_ref().map_or(0.0, number)]);
-        let all = self.levels[0]
-            .distribution()
-            .share(&own.collect::<Vec<_>>());
-        all.into_iter().map(|[number]| number).collect()
-    }
-
-    /// The shapes of all processes that fit much better after their turns. Collective.
-    fn list(&self, turns: &[Option<Turn<D>>]) -> Vec<Turned> {
-        let angles = self.share(turns, |turn| {
+    /// The best turns of all shapes onto another one. Collective.
+    fn onto(&self, reference: &ScalarField<f64, D>) -> Turns<D> {
+        let distribution = self.levels[0].distribution();
+        let shapes = &self.shapes[distribution.own()];
+        let own = parallel::map(shapes, &|shape| Turn::best(shape, reference));
+        let numbers = own.iter().map(|turn| {
+            let Some(turn) = turn else { return [0.0; 3] };
             let degrees = turn.motion().angle().to_degrees();
-            if lies_turned(turn) { degrees } else { 0.0 }
+            let [as_it_lies, turned] = turn.mismatches();
+            [
+                if lies_turned(turn) { degrees } else { 0.0 },
+                as_it_lies,
+                turned,
+            ]
         });
-        let as_they_lie = self.share(turns, |turn| turn.mismatches()[0]);
-        let after = self.share(turns, |turn| turn.mismatches()[1]);
-        let mismatches = as_they_lie.into_iter().zip(after);
-        let all = angles.into_iter().zip(mismatches).enumerate();
-        let all = all.filter(|(_, (degrees, _))| *degrees > 0.0);
-        let turned = all.map(|(shape, (degrees, (as_it_lies, after)))| Turned {
-            shape,
-            degrees,
-            mismatches: [as_it_lies, after],
-        });
-        turned.collect()
+        let all = distribution.share(&numbers.collect::<Vec<_>>());
+        Turns { own, all }
     }
 
     /// The energy that is reached from these displacements, or the identity, on the first grid that resolves shapes;

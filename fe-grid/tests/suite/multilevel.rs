@@ -247,3 +247,16 @@ fn parameters_are_chosen_by_level() {
     let iterations: Vec<usize> = result.levels.iter().map(|l| l.info.iterations).collect();
     assert_eq!(iterations, [1, 2, 3, 4]);
 }
+
+#[test]
+fn thinned_grids_of_few_cells_cover_the_box() {
+    const MOST_CELLS: usize = 24;
+    for nodes in [[4, 9], [128, 40], [65, 257]] {
+        let grid = Grid::<2>::with_nodes(nodes, 0.01).unwrap();
+        let found = grid.thinned(MOST_CELLS).unwrap();
+        assert!(found.cells_per_axis().iter().all(|n| *n <= MOST_CELLS));
+        for (own, whole) in found.extent().into_iter().zip(grid.extent()) {
+            assert!(own > whole - 1e-12 && own < whole + found.spacing());
+        }
+    }
+}

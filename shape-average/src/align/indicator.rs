@@ -129,16 +129,3 @@ impl<const D: usize> Indicator<D> {
         weights.copied()
     }
 }
-
-/// Returns every `k`-th node of a grid, at most about `n_nodes` along its longest side, as a grid
-/// that covers the box.
-pub(super) fn thinned<const D: usize>(
-    grid: &Grid<D>,
-    n_nodes: usize,
-) -> Result<Grid<D>, LevelsetError> {
-    let cells = grid.cells_per_axis();
-    let longest = cells.into_iter().max().unwrap_or(1);
-    let every = longest.div_ceil(n_nodes - 1);
-    let thin = cells.map(|c| c.div_ceil(every) + 1);
-    Ok(Grid::with_nodes(thin, every as f64 * grid.spacing())?)
-}

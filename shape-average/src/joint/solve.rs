@@ -163,11 +163,8 @@ fn segmented<const D: usize>(
     };
     let pairs = images.iter().map(|image| {
         let found = segment(image, &alone, &mut Quiet(observer))?;
-        let mut pair = [found.image, found.phase_field];
-        if pair[0].grid() != image.grid() {
-            // A cancelled segmentation ends on a coarser grid of the same box.
-            pair = pair.map(|field| ScalarField::from_fn(*image.grid(), |x| field.sample(x)));
-        }
+        // A cancelled segmentation ends on a coarser grid of the same box.
+        let pair = [found.image, found.phase_field].map(|field| field.on_grid(image.grid()));
         Ok(pair.map(Field::into_vec).concat())
     });
     pairs.collect()
