@@ -1,7 +1,6 @@
 //! The result of a geodesic, common to both forms.
 
 use crate::arrival::{Arrival, pressed};
-use crate::calculus::rigid::rotation_degrees;
 use crate::cells::object_cells;
 use crate::contact::{Contact, contacts};
 use crate::energy::PathEnergy;
@@ -21,7 +20,7 @@ use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
 use levelset::topology::Topology;
-use levelset::{BoxEdge, contour, signed_distance};
+use levelset::{BoxEdge, RigidMotion, contour, signed_distance};
 use serde::Serialize;
 
 /// A discrete geodesic: shapes and the deformations between them.
@@ -87,7 +86,8 @@ pub struct Geodesic<const D: usize> {
     #[serde(skip_serializing_if = "is_zero")]
     pub outside: f64,
     /// The angle of the rotation that is nearest to the last deformation of the domain's shape, in degrees: by how much the
-    /// path turns the shape as a whole. `None` for paths of level sets.
+    /// path turns the shape as a whole. `None` for paths of level sets, and where the nodes inside do not
+    /// determine a rotation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rotation_degrees: Option<f64>,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
@@ -418,7 +418,8 @@ pub(crate) fn of_domain<const D: usize>(
     };
     let mut found = found.finish();
     found.outside = largest_share_outside(&own, &path.displacements)?;
-    found.rotation_degrees = rotation_degrees(&own, across);
+    let motion = RigidMotion::nearest_to_deformation(&own, across);
+    found.rotation_degrees = motion.map(|motion| motion.angle().to_degrees());
     if path.domain == Domain::End {
         found.energy.step_energies.reverse();
     }

@@ -25,6 +25,7 @@ mod hausdorff;
 pub mod heaviside;
 pub mod inspect;
 pub mod measures;
+mod nearest_motion;
 mod polyline;
 mod pseudonormal;
 mod quad;

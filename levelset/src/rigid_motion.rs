@@ -113,6 +113,28 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
+    /// Returns the motion that gives this one when it is repeated so many times.
+    pub fn root(&self, times: usize) -> Self {
+        let share = 1.0 / times as f64;
+        let rotation = self.part(share, [0.0; D]).rotation;
+        // `t = (1 + R + ... + R^(n - 1)) t_1`; rotations by less than a full turn have no other root of one.
+        let mut sum = SMatrix::<f64, D, D>::zeros();
+        let mut turned = SMatrix::identity();
+        for _ in 0..times {
+            sum += turned;
+            turned *= rotation;
+        }
+        let translation = sum
+            .try_inverse()
+            .map_or(self.translation * share, |inverse| {
+                inverse * self.translation
+            });
+        Self {
+            rotation,
+            translation,
+        }
+    }
+
     /// Returns the displacement `R x + t - x` at the nodes of a grid.
     pub fn displacement(&self, grid: Grid<D>) -> Field<f64, D, D> {
         Field::from_fn(grid, |x| {

@@ -133,8 +133,8 @@ pub struct AverageResult<const D: usize> {
     /// visible part of the shape; `None` if one of the two has no boundary there.
     #[serde(skip)]
     pub hausdorff: Vec<Option<Hausdorff>>,
-    /// Shapes of positive weight that lie turned among the others; not looked for where the minimisation began with known
-    /// deformations, parts are hidden, or faces are fixed.
+    /// Shapes of positive weight that lie turned among the others; not looked for where parts are hidden or faces are
+    /// fixed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub turned: Vec<Turned>,
     /// Convergence history of each level, coarsest first.

@@ -161,25 +161,21 @@ fn average_distributed_in<const D: usize>(
     let distribution = Distribution::over(communicator, shapes.len());
     let mut levels = levels_of_visible(shapes, seen, params, &distribution)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
-    levels.drain(..first_level(&grids, shapes.len(), known)?);
-    let unknown = known.is_empty();
+    let first = first_level(&grids, shapes.len(), known)?;
     let known = known.get(distribution.own()).unwrap_or_default();
     // Only where they are known by these distances alone.
     let rematched = seen.is_empty() && shapes.n_components() == 1;
     together(&distribution, observer, |observer| {
-        let turned = if unknown {
-            let turnable = Turnable {
-                shapes: shapes.whole(),
-                onto: None,
-                levels: &levels,
-                params,
-            };
-            turnable.turned(observer)?
-        } else {
-            None
+        let turnable = Turnable {
+            shapes: shapes.whole(),
+            onto: None,
+            levels: &levels,
+            params,
         };
+        let turned = turnable.turned(observer)?;
+        levels.drain(..first);
         let result = solve(shapes, levels, known, rematched, params, start, observer)?;
-        Ok(result.map(|result| with_turned(result, turned)))
+        Ok(result.map(|result| with_turned(result, turned, params)))
     })
 }
 
@@ -350,12 +346,17 @@ fn match_components_to_in<const D: usize>(
     let turned = turnable.turned(observer)?;
     let problem = Levels::new(levels, &params).onto(targets).estimated();
     let result = of_first(solve_levels(problem, observer)?.into_result(shape, start)?)?;
-    Ok(with_turned(result, turned))
+    Ok(with_turned(result, turned, &params))
 }
 
 /// The result with the shapes that still lie turned.
-fn with_turned<const D: usize>(result: AverageResult<D>, found: Option<Found>) -> AverageResult<D> {
-    let turned = found.map_or_else(Vec::new, |found| found.beside(&result.energy));
+fn with_turned<const D: usize>(
+    result: AverageResult<D>,
+    found: Option<Found>,
+    params: &AverageParams,
+) -> AverageResult<D> {
+    let turned = found.map(|found| found.beside(&result.energy, params));
+    let turned = turned.unwrap_or_default();
     AverageResult { turned, ..result }
 }
 

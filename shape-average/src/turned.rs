@@ -25,32 +25,51 @@ const COMPARED_NODES: [usize; 2] = [33, 17];
 const APART: f64 = 0.25;
 /// An elastic energy is clearly more than another one from this multiple on.
 const CLEARLY_MORE: f64 = 1.5;
+/// Beside letters that lie upside down, those that the minimiser turned by 45 degrees had a quarter to two fifths of the
+/// elastic energy of these.
+const BENT_SHARE: f64 = 0.5;
 
 /// Shapes that fit much better after their turns, and the energy that is reached from there on a coarse grid.
 pub(crate) struct Found {
     list: Vec<Turned>,
+    /// The shape that they are turned onto, unless that is a fixed average.
+    reference: usize,
     energy: Energy,
 }
 
 impl Found {
-    /// The shapes that lie turned: all, if the elastic energy of the result is clearly more than that after their turns;
-    /// none where the minimiser has found these itself.
-    pub fn beside(self, result: &Energy) -> Vec<Turned> {
-        if clearly_more(result, &self.energy) {
-            self.list
-        } else {
-            Vec::new()
+    /// The shapes that lie turned in a result, if its elastic energy is clearly more than that after the turns. Each, or the
+    /// one that it is turned onto, is bent by a large share of what any shape is, if such shapes make the result doubtful:
+    /// others have been turned by the minimiser.
+    pub fn beside(self, result: &Energy, params: &AverageParams) -> Vec<Turned> {
+        // Without the shares that a median gives to the shapes.
+        let weights = params.resolved_weights(result.elastic.len());
+        let weighted = weights.iter().zip(&result.elastic);
+        let elastic = weighted.map(|(weight, elastic)| weight * elastic).sum();
+        if !clearly_more(elastic, &self.energy) {
+            return Vec::new();
         }
+        let both = result.elastic.iter().zip(&self.energy.elastic);
+        let saved: Vec<f64> = both.map(|(here, there)| here - there).collect();
+        let most = saved.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let bent = |shape: usize| saved[shape] >= BENT_SHARE * most;
+        let turned = |one: &&Turned| bent(one.shape) || bent(self.reference);
+        let left: Vec<_> = self.list.iter().filter(turned).copied().collect();
+        // A name too many is better than a doubt that is lost.
+        let doubtful = |list: &[Turned]| list.iter().any(|one| one.doubt().is_some());
+        if doubtful(&left) { left } else { self.list }
     }
 }
 
 /// Whether the elastic energy is clearly more than another one, and more than what is resolved of the functional.
-fn clearly_more(energy: &Energy, other: &Energy) -> bool {
-    energy.parts[0] > CLEARLY_MORE * other.elastic_scale()
+fn clearly_more(elastic: f64, other: &Energy) -> bool {
+    elastic > CLEARLY_MORE * other.elastic_scale()
 }
 
 /// The best turns of shapes onto one other shape.
 struct Turns<const D: usize> {
+    /// The other one.
+    reference: usize,
     /// Those of the shapes of this process.
     own: Vec<Option<Turn<D>>>,
     /// Of the shapes of all processes the angles, in degrees, zero of those that do not lie turned, and the two mismatches.
@@ -96,18 +115,21 @@ impl<const D: usize> Turnable<'_, D> {
             Some((average, _)) => (average, true),
             None => (&self.shapes[0], false),
         };
-        let onto_first = self.onto(first);
+        let onto_first = self.onto(first, 0);
         let identity = &mut None;
         let found = self.named(&onto_first, identity, observer)?;
-        if fixed || found.is_some() {
+        let cancelled = observer.between() == Control::Cancel;
+        if fixed || found.is_some() || self.shapes.len() < 3 || cancelled {
             return Ok(found);
         }
-        // A round shape has no angle: the one that fits the first one least tells, too.
-        let farthest = onto_first.all.iter().map(|[_, as_it_lies, _]| as_it_lies);
-        let farthest = farthest.enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        // A round shape has no angle: the one that fits the first one least tells, too. If that is near, so are all to
+        // each other.
+        let farthest = onto_first.all.iter().map(|[_, as_it_lies, _]| *as_it_lies);
+        let farthest = farthest.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         match farthest {
-            Some((other, _)) if other > 0 => {
-                self.named(&self.onto(&self.shapes[other]), identity, observer)
+            Some((other, apart)) if apart >= 0.5 * APART => {
+                let turns = self.onto(&self.shapes[other], other);
+                self.named(&turns, identity, observer)
             }
             _ => Ok(None),
         }
@@ -138,15 +160,20 @@ impl<const D: usize> Turnable<'_, D> {
         };
         let start: Vec<_> = turns.own.iter().map(displacement).collect();
         let turned = self.reached(&start, observer)?;
-        let better =
-            |turned: &Energy| turned.total < identity.total && clearly_more(identity, turned);
+        let better = |turned: &Energy| {
+            turned.total < identity.total && clearly_more(identity.parts[0], turned)
+        };
         let turned = turned.filter(better);
-        Ok(turned.map(|energy| Found { list, energy }))
+        Ok(turned.map(|energy| Found {
+            list,
+            reference: turns.reference,
+            energy,
+        }))
     }
 
     /// Whether parts of shapes are hidden. Collective.
     fn hidden(&self) -> bool {
-        let level = &self.levels[0];
+        let level = &self.levels[self.levels.len() - 1];
         let hides = |seen: &ScalarField<f64, D>| seen.as_slice().iter().any(|w| *w < 1.0);
         let own = (0..level.n_own()).map(|i| level.seen().get(i).is_some_and(hides));
         let own: Vec<_> = own.map(|hidden| [f64::from(u8::from(hidden))]).collect();
@@ -158,10 +185,10 @@ impl<const D: usize> Turnable<'_, D> {
     }
 
     /// The best turns of all shapes onto another one. Collective.
-    fn onto(&self, reference: &ScalarField<f64, D>) -> Turns<D> {
+    fn onto(&self, onto: &ScalarField<f64, D>, reference: usize) -> Turns<D> {
         let distribution = self.levels[0].distribution();
         let shapes = &self.shapes[distribution.own()];
-        let own = parallel::map(shapes, &|shape| Turn::best(shape, reference));
+        let own = parallel::map(shapes, &|shape| Turn::best(shape, onto));
         let numbers = own.iter().map(|turn| {
             let Some(turn) = turn else { return [0.0; 3] };
             let degrees = turn.motion().angle().to_degrees();
@@ -173,7 +200,11 @@ impl<const D: usize> Turnable<'_, D> {
             ]
         });
         let all = distribution.share(&numbers.collect::<Vec<_>>());
-        Turns { own, all }
+        Turns {
+            reference,
+            own,
+            all,
+        }
     }
 
     /// The energy that is reached from these displacements, or the identity, on the first grid that resolves shapes;

@@ -133,7 +133,7 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         let own = matter.fit(&identity, first.as_slice());
         let mut moved = first.clone();
         matter.apply(
-            &whole.root(steps).after_inverse_of(&own),
+            &whole.root(steps).after(&own.inverse()),
             moved.as_mut_slice(),
         );
         moved
@@ -254,7 +254,7 @@ impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
             return Ok(None);
         };
         let matter = &self.geometry.matter;
-        let motion = matter.fit(a, b).after_inverse_of(&matter.fit(b, &found));
+        let motion = matter.fit(a, b).after(&matter.fit(b, &found).inverse());
         matter.apply(&motion, &mut found);
         self.field(found).map(Some)
     }

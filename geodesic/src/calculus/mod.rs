@@ -90,7 +90,7 @@ mod memory;
 mod metric;
 mod params;
 mod regrid;
-pub(crate) mod rigid;
+mod rigid;
 mod shapes;
 mod space;
 

@@ -9,16 +9,9 @@
 //!   `rig(a, b)` is the rigid motion that brings `a` nearest to `b`. A rigid rotation and
 //!   translation is thus continued; no frame is preferred, and the choice is symmetric in time.
 
-use fe_grid::{Field, Grid, ScalarField};
-use levelset::rigid_motion::angle_between;
+use fe_grid::Grid;
+use levelset::RigidMotion;
 use nalgebra::{SMatrix, SVector};
-
-/// The rigid motion `y -> rotation y + shift`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RigidMotion<const D: usize> {
-    rotation: SMatrix<f64, D, D>,
-    shift: SVector<f64, D>,
-}
 
 /// Mass distribution at the nodes of a grid.
 pub(super) struct Matter<const D: usize> {
@@ -70,17 +63,11 @@ impl<const D: usize> Matter<D> {
 
     /// Computes the rigid motion that brings one deformation, given by its displacement, nearest to
     /// another.
-    ///
-    /// Source: Kabsch, *A solution for the best rotation to relate two sets of vectors* (1976).
     pub fn fit(&self, from: &[f64], to: &[f64]) -> RigidMotion<D> {
-        let (a, b) = (self.centre(from), self.centre(to));
-        let covariance: SMatrix<f64, D, D> =
-            self.sum(|node| (self.place(to, node) - b) * (self.place(from, node) - a).transpose());
-        let rotation = nearest_rotation(&covariance);
-        RigidMotion {
-            rotation,
-            shift: b - rotation * a,
-        }
+        let shares = self.shares.iter().copied().enumerate();
+        let shares = shares.filter(|(_, share)| *share > 0.0);
+        let place = |(node, share)| (share, self.place(from, node), self.place(to, node));
+        RigidMotion::nearest(shares.map(place))
     }
 
     /// Applies a rigid motion to a deformation.
@@ -88,7 +75,7 @@ impl<const D: usize> Matter<D> {
         let n = self.shares.len();
         for node in 0..n {
             let x = self.grid.position(self.grid.node(node));
-            let y = motion.rotation * self.place(displacement, node) + motion.shift;
+            let y = motion.map(self.place(displacement, node).into());
             for k in 0..D {
                 displacement[k * n + node] = y[k] - x[k];
             }
@@ -144,93 +131,4 @@ impl<const D: usize> Matter<D> {
             *u -= share * m;
         }
     }
-}
-
-/// The angle of the rotation that is nearest to a deformation of a shape, given by its signed distance (positive inside)
-/// on the same grid, in degrees; `None` where no node is inside.
-pub(crate) fn rotation_degrees<const D: usize>(
-    shape: &ScalarField<f64, D>,
-    displacement: &Field<f64, D, D>,
-) -> Option<f64> {
-    let density = shape
-        .as_slice()
-        .iter()
-        .map(|u| f64::from(u8::from(*u > 0.0)));
-    let density: Vec<f64> = density.collect();
-    if density.iter().all(|share| *share == 0.0) {
-        return None;
-    }
-    let matter = Matter::new(*shape.grid(), density);
-    let identity = vec![0.0; displacement.as_slice().len()];
-    let rotation = matter.fit(&identity, displacement.as_slice()).rotation;
-    Some(angle_between(&rotation, &SMatrix::identity()).to_degrees())
-}
-
-impl<const D: usize> RigidMotion<D> {
-    /// Returns the motion that gives this one when it is repeated so many times.
-    pub fn root(&self, times: usize) -> Self {
-        let share = 1.0 / times as f64;
-        let rotation = power(&self.rotation, share);
-        // `s = (1 + R + ... + R^(n - 1)) s_1`; rotations by less than a full turn have no other root of one.
-        let mut sum = SMatrix::<f64, D, D>::zeros();
-        let mut turned = SMatrix::identity();
-        for _ in 0..times {
-            sum += turned;
-            turned *= rotation;
-        }
-        let shift = sum
-            .try_inverse()
-            .map_or(self.shift * share, |inverse| inverse * self.shift);
-        Self { rotation, shift }
-    }
-
-    /// Returns the composition of the inverse of another motion with this one.
-    pub fn after_inverse_of(&self, other: &Self) -> Self {
-        let rotation = self.rotation * other.rotation.transpose();
-        Self {
-            rotation,
-            shift: self.shift - rotation * other.shift,
-        }
-    }
-}
-
-/// Returns the rotation about the same axis by a share of the angle.
-fn power<const D: usize>(rotation: &SMatrix<f64, D, D>, share: f64) -> SMatrix<f64, D, D> {
-    const { assert!(D == 2 || D == 3) };
-    if D == 2 {
-        let angle = share * rotation[(1, 0)].atan2(rotation[(0, 0)]);
-        let part = nalgebra::Rotation2::new(angle);
-        return SMatrix::from_fn(|i, j| part[(i, j)]);
-    }
-    let matrix = nalgebra::Matrix3::from_fn(|i, j| rotation[(i, j)]);
-    let part = nalgebra::Rotation3::from_matrix_unchecked(matrix).powf(share);
-    SMatrix::from_fn(|i, j| part[(i, j)])
-}
-
-/// Returns the rotation `R` that maximises `R : C`.
-fn nearest_rotation<const D: usize>(c: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
-    const { assert!(D == 2 || D == 3) };
-    if D == 2 {
-        let (cosine, sine) = (c[(0, 0)] + c[(1, 1)], c[(1, 0)] - c[(0, 1)]);
-        let size = cosine.hypot(sine);
-        if size == 0.0 {
-            return SMatrix::identity();
-        }
-        let mut rotation = SMatrix::<f64, D, D>::identity() * (cosine / size);
-        rotation[(1, 0)] = sine / size;
-        rotation[(0, 1)] = -sine / size;
-        return rotation;
-    }
-    // Conversion to a constant dimension: the compiler does not know that `D` is three.
-    let c = nalgebra::Matrix3::from_fn(|i, j| c[(i, j)]);
-    let svd = c.svd(true, true);
-    let (Some(u), Some(v)) = (svd.u, svd.v_t) else {
-        return SMatrix::identity();
-    };
-    // The smallest singular value changes its sign if the factor is a reflection.
-    let mut flip = nalgebra::Matrix3::identity();
-    let least = svd.singular_values.imin();
-    flip[(least, least)] = (u * v).determinant().signum();
-    let rotation = u * flip * v;
-    SMatrix::from_fn(|i, j| rotation[(i, j)])
 }

@@ -4,7 +4,7 @@ use crate::support::shapes::{ball, ellipsoid, shape, turned};
 use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
 use fe_grid::{Grid, ScalarField};
 use levelset::{Cause, signed_distance};
-use shape_average::{AverageParams, BoundaryCondition, Mean, average, match_to};
+use shape_average::{AverageParams, BoundaryCondition, Mean, average, average_from, match_to};
 
 /// A bracket of two rounded bars about the middle of the box, which no rotation maps to itself, turned in the plane by an
 /// angle in degrees.
@@ -57,8 +57,27 @@ fn shapes_that_lie_turned_are_named() {
         mean: Mean::Median,
         ..AverageParams::default()
     });
-    // A disk has no angle: of the drops after it, two are turned onto the third.
+    // One that the minimiser turns is not named beside one that it does not, and an outlier of a median is.
     let grid = Grid::<2>::dyadic(5);
+    let shapes = [0.0, 40.0, 180.0].map(|degrees| bracket(grid, degrees));
+    assert_found(
+        &turned_ones(&shapes, &AverageParams::default()),
+        &[(2, 180.0)],
+    );
+    let shapes = [0.0, 5.0, -5.0, 3.0, 180.0].map(|degrees| bracket(grid, degrees));
+    let median = AverageParams {
+        mean: Mean::Median,
+        ..AverageParams::default()
+    };
+    assert_found(&turned_ones(&shapes, &median), &[(4, 180.0)]);
+    // Also where the minimisation begins with deformations that are known.
+    let shapes = [&shapes[0], &shapes[4]].map(Clone::clone);
+    let params = AverageParams::default();
+    let first = average(&shapes, &params, &mut Silent).unwrap();
+    let known = &first.displacements;
+    let again = average_from(&shapes, &[], known, &params, &mut Silent).unwrap();
+    assert_eq!(again.turned.len(), 1);
+    // A disk has no angle: of the drops after it, two are turned onto the third.
     let mut shapes = vec![ball(grid, [0.5; 2], 0.2)];
     shapes.extend([0.0, 120.0, 240.0].map(|degrees: f64| {
         let (sin, cos) = degrees.to_radians().sin_cos();
