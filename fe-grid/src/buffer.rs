@@ -30,7 +30,7 @@ impl Storage {
             Self::Folder(folder) if len > 0 => {
                 let mapped = Mapped::zeros(folder, len).map_err(|error| GridError::Spill {
                     folder: folder.clone(),
-                    bytes: (len * size_of::<T>()) as u64,
+                    bytes: (len as u64).saturating_mul(size_of::<T>() as u64),
                     reason: error.to_string(),
                 })?;
                 Ok(Buffer(Place::Mapped(mapped)))

@@ -74,7 +74,8 @@ const REPAIRS: usize = 40;
 /// Maximal depth to which a cell is split.
 const MAX_SPLITS: usize = 6;
 
-/// Bounds `det(1 + D u)` for a displacement `u`, and compares it with `threshold`.
+/// Bounds `det(1 + D u)` for a displacement `u`, and compares it with `threshold`. In cells with a displacement that is
+/// not finite the bound is minus infinity.
 ///
 /// # Panics
 /// If the displacement does not have `D` components of the grid.
@@ -369,13 +370,18 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
         edge
     };
     let mut corner = L::splat(f64::INFINITY);
+    // Minima ignore NaN; this term propagates it.
+    let mut not_finite = L::zero();
     for c in 0..1 << D {
         let mut columns = [[L::zero(); D]; D];
         for k in 0..D {
             columns[k] = edge(k, c);
         }
-        corner = crate::tensor::determinant(&columns).min(corner);
+        let own = crate::tensor::determinant(&columns);
+        not_finite += own.scale(0.0);
+        corner = own.min(corner);
     }
+    let corner = corner + not_finite;
     if D == 2 {
         return (corner, corner);
     }
@@ -414,7 +420,7 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
             .count();
         bound = coefficient.scale(0.5f64.powi(ones as i32)).min(bound);
     }
-    (bound, corner)
+    (bound + not_finite, corner)
 }
 
 /// The bound over a cell after splitting it where the bound does not exceed the threshold.

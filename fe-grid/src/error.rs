@@ -12,8 +12,16 @@ pub enum GridError {
         /// The nodes along each axis, `x` first.
         n_nodes: Vec<usize>,
     },
-    /// The spacing is not a positive number.
-    #[error("the grid spacing must be positive and finite, found {spacing}")]
+    /// More nodes than any computation has memory for.
+    #[error("a grid has at most 2^40 nodes, found {n_nodes:?}")]
+    TooLarge {
+        /// The nodes along each axis, `x` first.
+        n_nodes: Vec<usize>,
+    },
+    /// The spacing is not a positive number, or so small or large that the volume of a cell is zero or infinite.
+    #[error(
+        "the grid spacing must be positive and finite, as must the volume of a cell, found {spacing}"
+    )]
     Spacing {
         /// The spacing that was asked for.
         spacing: f64,
@@ -41,6 +49,12 @@ pub enum GridError {
         bytes: u64,
         /// The reason reported by the operating system.
         reason: String,
+    },
+    /// Numbers that have to be finite are not.
+    #[error("the {what} is not finite")]
+    NotFinite {
+        /// What they are.
+        what: &'static str,
     },
     /// A linear solver met an operator that is not positive definite.
     #[error(

@@ -2,6 +2,9 @@
 
 use crate::error::GridError;
 
+/// Most nodes of a grid: sizes of a thousand vector fields on it do not overflow.
+const MOST_NODES: usize = 1 << 40;
+
 /// The nodes of a box `[0, (n_0-1) h] x ...` with the same spacing `h` along every axis. Axis 0 is
 /// `x`; `x` runs fastest in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,16 +15,21 @@ pub struct Grid<const D: usize> {
 
 impl<const D: usize> Grid<D> {
     /// Creates a grid of the unit box with `2^level + 1` nodes along every axis.
+    ///
+    /// # Panics
+    /// If these are more than `2^40` nodes.
     pub fn dyadic(level: u32) -> Self {
-        Self::cube((1 << level) + 1)
+        // More than the size of any grid.
+        Self::cube((1 << level.min(41)) + 1)
     }
 
     /// Creates a grid of the unit box with `n` nodes along every axis.
     ///
     /// # Panics
-    /// If `n < 2`.
+    /// If `n < 2`, or for more than `2^40` nodes.
     pub fn cube(n: usize) -> Self {
         assert!(n >= 2, "a grid needs two nodes a side");
+        assert!(fits([n; D]), "a grid has at most 2^40 nodes");
         Self {
             n_nodes: [n; D],
             spacing: 1.0 / (n - 1) as f64,
@@ -31,18 +39,25 @@ impl<const D: usize> Grid<D> {
     /// Creates a grid with different numbers of nodes along the axes (`x` first) and one spacing.
     ///
     /// # Errors
-    /// [`GridError::TooSmall`] for fewer than two nodes along an axis, [`GridError::Spacing`]
-    /// unless the spacing is positive and finite.
+    /// [`GridError::TooSmall`] for fewer than two nodes along an axis, [`GridError::TooLarge`] for more
+    /// than `2^40` nodes, [`GridError::Spacing`] unless the spacing and the volume of a cell are
+    /// positive normal numbers.
     pub fn with_nodes(n_nodes: [usize; D], spacing: f64) -> Result<Self, GridError> {
         if n_nodes.iter().any(|&n| n < 2) {
             return Err(GridError::TooSmall {
                 n_nodes: n_nodes.to_vec(),
             });
         }
-        if !(spacing > 0.0 && spacing.is_finite()) {
+        if !fits(n_nodes) {
+            return Err(GridError::TooLarge {
+                n_nodes: n_nodes.to_vec(),
+            });
+        }
+        let grid = Self { n_nodes, spacing };
+        if !(spacing > 0.0 && spacing.is_normal() && grid.cell_volume().is_normal()) {
             return Err(GridError::Spacing { spacing });
         }
-        Ok(Self { n_nodes, spacing })
+        Ok(grid)
     }
 
     /// Returns the number of nodes along each axis, `x` first.
@@ -142,9 +157,14 @@ impl<const D: usize> Grid<D> {
     }
 
     /// Returns the grid with half the spacing on the same box.
+    ///
+    /// # Panics
+    /// If it has more than `2^40` nodes.
     pub fn finer(&self) -> Self {
+        let n_nodes = self.cells_per_axis().map(|c| 2 * c + 1);
+        assert!(fits(n_nodes), "a grid has at most 2^40 nodes");
         Self {
-            n_nodes: self.cells_per_axis().map(|c| 2 * c + 1),
+            n_nodes,
             spacing: self.spacing / 2.0,
         }
     }
@@ -164,6 +184,13 @@ impl<const D: usize> Grid<D> {
     }
 }
 
+/// Whether there are not too many nodes.
+fn fits<const D: usize>(n_nodes: [usize; D]) -> bool {
+    let mut sizes = n_nodes.into_iter();
+    let product = sizes.try_fold(1, |product: usize, n| product.checked_mul(n));
+    product.is_some_and(|product| product <= MOST_NODES)
+}
+
 fn strides<const D: usize>(sizes: [usize; D]) -> [usize; D] {
     let mut strides = [1; D];
     for k in 1..D {
@@ -178,4 +205,30 @@ fn unflatten<const D: usize>(mut index: usize, sizes: [usize; D]) -> [usize; D] 
         index /= n;
         i
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of nodes and volumes that a number cannot hold are refused, and none is wrapped.
+    #[test]
+    fn sizes_do_not_overflow() {
+        for n_nodes in [[1 << 22; 3], [1 << 32, 1 << 32, 2], [usize::MAX, 2, 2]] {
+            let refused = Grid::<3>::with_nodes(n_nodes, 0.1);
+            assert!(matches!(refused, Err(GridError::TooLarge { .. })));
+        }
+        let largest = Grid::<2>::with_nodes([1 << 20; 2], 0.1).unwrap();
+        assert_eq!(largest.n_nodes(), MOST_NODES);
+        for spacing in [1e-310, 1e-160, 1e160, 1e300, -1.0, f64::NAN] {
+            let refused = Grid::<2>::with_nodes([9; 2], spacing);
+            assert!(matches!(refused, Err(GridError::Spacing { .. })));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a grid has at most 2^40 nodes")]
+    fn a_grid_of_all_bits_is_no_grid() {
+        let _ = Grid::<2>::dyadic(64);
+    }
 }

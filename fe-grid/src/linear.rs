@@ -161,7 +161,7 @@ impl CgScratch {
 ///
 /// # Errors
 /// [`GridError::NotPositiveDefinite`] where `p · A p` or `r · P r` is not positive; `x` is then
-/// the last iterate before.
+/// the last iterate before. [`GridError::NotFinite`] where `b` is not finite.
 ///
 /// # Panics
 /// If lengths differ.
@@ -185,6 +185,11 @@ pub fn conjugate_gradient(
     } = scratch;
 
     let size_of_b = norm(b);
+    if !size_of_b.is_finite() {
+        return Err(GridError::NotFinite {
+            what: "right side of the linear system",
+        });
+    }
     if size_of_b == 0.0 {
         fill(0.0, x);
         return Ok(finished(0, 0.0, CgStatus::Converged));

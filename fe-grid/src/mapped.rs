@@ -24,7 +24,9 @@ impl<T: Stored> Mapped<T> {
     /// Those of the system, for a file that cannot have this size.
     pub fn zeros(folder: &Path, len: usize) -> io::Result<Self> {
         let mut file = tempfile::tempfile_in(folder)?;
-        fill_with_zeros(&mut file, len * size_of::<T>())?;
+        let bytes = len.checked_mul(size_of::<T>());
+        let bytes = bytes.ok_or(io::ErrorKind::FileTooLarge)?;
+        fill_with_zeros(&mut file, bytes)?;
         // SAFETY: the file has no name, so that nobody else can change or shorten it.
         let map = unsafe { MmapMut::map_mut(&file)? };
         Ok(Self {

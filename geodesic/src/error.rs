@@ -31,6 +31,14 @@ pub enum GeodesicError {
         /// Index of the node, in memory order.
         node: usize,
     },
+    /// A mask was given for a signed distance.
+    #[error(
+        "the {which} shape is a mask, not a signed distance: compute that with `levelset::signed_distance`"
+    )]
+    Mask {
+        /// `start` or `end`.
+        which: &'static str,
+    },
     /// A visibility weight is not between 0 and 1.
     #[error("the visibility weight of the {which} shape is not between 0 and 1 at node {node}")]
     Weight {

@@ -69,7 +69,8 @@ impl<const N: usize> FinitePath<N> {
 /// straight line.
 ///
 /// # Errors
-/// [`GeodesicError::Parameter`] for zero steps, or if Newton's method does not converge.
+/// [`GeodesicError::Parameter`] for zero steps, points that are not finite, and an end that no path of finite length
+/// reaches.
 pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
     dissimilarity: &W,
     start: [f64; N],
@@ -82,6 +83,16 @@ pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
             expected: "at least 1",
             value: 0.0,
         });
+    }
+    for (name, point) in [("start", start), ("end", end)] {
+        if let Some(&value) = point.iter().find(|x| !x.is_finite()) {
+            let expected = "a point of finite coordinates";
+            return Err(GeodesicError::Parameter {
+                name,
+                expected,
+                value,
+            });
+        }
     }
     let mut points: Vec<[f64; N]> = (0..=steps)
         .map(|k| {
@@ -105,7 +116,16 @@ pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
             break;
         }
     }
-    Ok(FinitePath::new(dissimilarity, points))
+    let path = FinitePath::new(dissimilarity, points);
+    let value = path.length();
+    if !value.is_finite() {
+        return Err(GeodesicError::Parameter {
+            name: "length",
+            expected: "finite: the end may not be reached from the start",
+            value,
+        });
+    }
+    Ok(path)
 }
 
 /// Computes the derivative of `sum W` with respect to the inner points.

@@ -189,9 +189,21 @@ impl GeodesicParams {
             ("tolerance", self.tolerance),
             ("min_determinant", self.min_determinant),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return bad(name, "a positive number", value);
+            if !(f64::MIN_POSITIVE..=1e12).contains(&value) {
+                return bad(name, "a positive number of at most 1e12", value);
             }
+        }
+        for (name, value) in [
+            ("mismatch_cells", self.mismatch_cells),
+            ("indicator_cells", self.indicator_cells),
+        ] {
+            if value > 1e3 {
+                return bad(name, "at most 1000", value);
+            }
+        }
+        // Larger ones stop before the first iteration.
+        if self.tolerance > 0.5 {
+            return bad("tolerance", "at most 0.5", self.tolerance);
         }
         for (name, value) in [
             ("deformed_share", self.deformed_share),

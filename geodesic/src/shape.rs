@@ -11,6 +11,7 @@ use crate::error::GeodesicError;
 use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Grid, ScalarField, mutant};
+use levelset::is_mask;
 
 /// Visibility of a shape.
 #[derive(Clone, Debug, Default)]
@@ -110,6 +111,9 @@ impl<const D: usize> Shape<D> {
             if inside == 0 || inside == values.len() {
                 let what = if inside == 0 { "empty" } else { "full" };
                 return Err(GeodesicError::Degenerate { which, what });
+            }
+            if is_mask(component) {
+                return Err(GeodesicError::Mask { which });
             }
         }
         if let Known::Within(weight) = self.known() {

@@ -68,6 +68,12 @@ pub enum LawError {
         /// The requested name.
         name: String,
     },
+    /// A law cannot have this name.
+    #[error("a law cannot be named '{name}': names are made of letters, digits, '_' and '-'")]
+    BadName {
+        /// The requested name.
+        name: String,
+    },
     /// No law has this name.
     #[error("there is no law named '{name}'; known are {known}")]
     UnknownLaw {

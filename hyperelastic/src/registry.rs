@@ -43,7 +43,8 @@ pub enum Family {
 /// The two functions create the law from its moduli, in 2D and in 3D, with [`CompiledLaw::new`].
 ///
 /// # Errors
-/// [`LawError::NameTaken`] if the name is already used.
+/// [`LawError::NameTaken`] if the name is already used, [`LawError::BadName`] unless it is made of
+/// letters, digits, `_` and `-`.
 pub fn register_law(
     name: &str,
     in_plane: fn(LameModuli) -> Result<CompiledLaw<2>, LawError>,
@@ -52,6 +53,12 @@ pub fn register_law(
     let taken = || LawError::NameTaken {
         name: name.to_owned(),
     };
+    let allowed = |c: char| c.is_alphanumeric() || "_-".contains(c);
+    if name.is_empty() || !name.chars().all(allowed) {
+        return Err(LawError::BadName {
+            name: name.to_owned(),
+        });
+    }
     if name.parse::<LawName>().is_ok() {
         return Err(taken());
     }

@@ -132,6 +132,9 @@ impl<const D: usize> Contour<D> {
     /// points, so that a closed contour remains closed. Edges shorter than a ten thousandth of the
     /// extent are never divided, which bounds the number of pieces.
     pub fn refined(&self, length: f64) -> Self {
+        if length.is_nan() {
+            return self.clone();
+        }
         let [low, high] = self.bounds();
         let length = length.max(SHORTEST * norm(&sub(&high, &low)));
         let mut points = self.points.clone();

@@ -53,6 +53,11 @@ pub enum LevelsetError {
         /// Its coordinates.
         position: Vec<f64>,
     },
+    /// A contour encloses a negative area or volume.
+    #[error(
+        "the contour is inside out: the order of the points of its segments or triangles is reversed"
+    )]
+    InsideOut,
     /// The quantity is defined for closed contours only.
     #[error("the contour is not closed")]
     OpenContour,

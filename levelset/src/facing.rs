@@ -69,6 +69,10 @@ fn facing_in<const D: usize>(
     contour: &Contour<D>,
     width: f64,
 ) -> Result<Vec<Facing>, LevelsetError> {
+    if !(width > 0.0 && width.is_finite()) {
+        let (name, value) = ("width", width);
+        return Err(LevelsetError::Parameter { name, value });
+    }
     let distance = ContourDistance::new(contour)?;
     let all: Vec<[[f64; D]; D]> = contour.all_corners().collect();
     let of_simplex = |corners: &[[f64; D]; D]| {

@@ -85,7 +85,7 @@ compiled_once! {
     /// divided first, so that the share hardly depends on how the boundary is cut into pieces.
     ///
     /// # Errors
-    /// [`LevelsetError::EmptyContour`].
+    /// Those of [`facing`].
     pub fn narrow_gap_share<'a, D>(
         contour: &'a Contour<D>,
         width: f64,

@@ -26,7 +26,7 @@ impl<const D: usize> Moments<D> {
     ///
     /// # Errors
     /// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] if the enclosed volume is
-    /// zero.
+    /// zero, and [`LevelsetError::InsideOut`] if it is negative; [`LevelsetError::NonFinitePoint`].
     pub fn of_contour(contour: &Contour<D>) -> Result<Self, LevelsetError> {
         moments_of_contour(contour)
     }
@@ -59,8 +59,8 @@ impl<const D: usize> Moments<D> {
             first += sum * (piece / mutant!(dim + 1.0, CentroidFactor => dim));
             second += (squares + sum * sum.transpose()) * (piece / factor);
         }
-        Self::from_sums(volume, first, second, SVector::from(apex))
-            .ok_or(LevelsetError::EmptyContour)
+        let (origin, error) = (SVector::from(apex), || failed(contour, volume));
+        Self::from_sums(volume, first, second, origin).ok_or_else(error)
     }
 
     /// Computes the moments of a density: `int w dx`, `int w x dx`, ... by the trapezoidal rule
@@ -106,7 +106,7 @@ impl<const D: usize> Moments<D> {
         second: SMatrix<f64, D, D>,
         origin: SVector<f64, D>,
     ) -> Option<Self> {
-        if volume <= 0.0 {
+        if !(volume > 0.0 && volume.is_finite()) {
             return None;
         }
         let mean = first / volume;
@@ -115,6 +115,19 @@ impl<const D: usize> Moments<D> {
             centroid: origin + mean,
             covariance: second / volume - mean * mean.transpose(),
         })
+    }
+}
+
+/// Why a contour has no moments.
+fn failed<const D: usize>(contour: &Contour<D>, volume: f64) -> LevelsetError {
+    let wrong = |p: &[f64; D]| !p.iter().all(|x| x.is_finite());
+    match contour.points().iter().position(wrong) {
+        Some(point) => LevelsetError::NonFinitePoint {
+            point,
+            position: contour.points()[point].to_vec(),
+        },
+        None if volume < 0.0 => LevelsetError::InsideOut,
+        None => LevelsetError::EmptyContour,
     }
 }
 
@@ -137,7 +150,7 @@ compiled_once! {
 /// which leaves no volume to the rest. The error is that of the segments or triangles that cross a face.
 ///
 /// # Errors
-/// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] for a boundary that encloses nothing.
+/// Those of [`Moments::of_contour`], for boundaries that leave the box.
 pub fn share_outside<const D: usize>(
     contour: &Contour<D>,
     grid: &Grid<D>,
@@ -150,9 +163,19 @@ pub fn share_outside<const D: usize>(
     let all = Moments::of_contour(contour)?.volume;
     match Moments::of_contour(&contour.map(nearest)) {
         Ok(inside) => Ok(1.0 - inside.volume / all),
-        Err(LevelsetError::EmptyContour) => Ok(1.0),
+        // What is left is flat, up to rounding.
+        Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => Ok(1.0),
         Err(error) => Err(error),
     }
+}
+
+/// Whether a field is a mask rather than a signed distance: it is negative nowhere, or has two values only.
+pub fn is_mask<const D: usize>(field: &Field<f64, D, 1>) -> bool {
+    let values = field.as_slice();
+    let first = values.first();
+    let mut others = values.iter().filter(|v| Some(*v) != first);
+    let second = others.next();
+    values.iter().all(|v| *v >= 0.0) || others.all(|v| Some(v) == second)
 }
 
 /// Area or volume of the mask `{field > level}` by counting: `h^D` for every node inside.
@@ -165,7 +188,8 @@ pub fn mask_volume<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 
 /// level of each: 1 for equal objects, 0 for disjoint ones.
 ///
 /// # Errors
-/// [`LevelsetError::GridMismatch`]; [`LevelsetError::EmptyObject`] if both are empty.
+/// [`LevelsetError::GridMismatch`]; [`LevelsetError::EmptyObject`] if both are empty;
+/// [`LevelsetError::Parameter`] for levels that are not numbers.
 pub fn dice<const D: usize>(
     a: &Field<f64, D, 1>,
     level_a: f64,
@@ -178,7 +202,7 @@ pub fn dice<const D: usize>(
 /// Computes the Dice overlap with a weight per node, given on the same grid.
 ///
 /// # Errors
-/// As [`dice`].
+/// As [`dice`], and [`LevelsetError::NonFinite`] where a weight counts that is not finite.
 pub fn dice_within<const D: usize>(
     a: &Field<f64, D, 1>,
     level_a: f64,
@@ -195,12 +219,21 @@ pub fn dice_within<const D: usize>(
             });
         }
     }
+    for value in [level_a, level_b] {
+        if value.is_nan() {
+            let name = "level";
+            return Err(LevelsetError::Parameter { name, value });
+        }
+    }
     let (mut both, mut sum) = (0.0, 0.0);
     for (node, (&u, &v)) in a.as_slice().iter().zip(b.as_slice()).enumerate() {
         let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         let (in_a, in_b) = (u > level_a, v > level_b);
         both += if in_a && in_b { w } else { 0.0 };
         sum += w * f64::from(u8::from(in_a) + u8::from(in_b));
+    }
+    if let (false, Some(weight)) = (f64::is_finite(sum), weight) {
+        check_finite(weight, 0.0)?;
     }
     if sum <= 0.0 {
         return Err(LevelsetError::EmptyObject { level: level_a });

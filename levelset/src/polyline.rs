@@ -61,7 +61,7 @@ impl Contour<2> {
     }
 }
 
-/// The path data of curves for an SVG drawing, closed where they are, with this number of decimals. `y`
+/// The path data of curves for an SVG drawing, closed where they are, with this number of decimals, at most 17. `y`
 /// points upwards in the plane and downwards in drawings: scale by `(1, -1)`.
 ///
 /// ```
@@ -73,6 +73,8 @@ pub fn svg_path<'a>(
     curves: impl IntoIterator<Item = (&'a [[f64; 2]], bool)>,
     decimals: usize,
 ) -> String {
+    // More say nothing of a number, and formats do not take all of them.
+    let decimals = decimals.min(17);
     let mut path = String::new();
     for (points, closed) in curves {
         for (i, [x, y]) in points.iter().enumerate() {

@@ -1,6 +1,8 @@
 //! The interface length of Ambrosio and Tortorelli,
 //! `L[v] = int epsilon |grad v|^2 + (v - 1)^2/(4 epsilon)`, without a factor one half: it tends
-//! to the length (area) of the interface.
+//! to the length (area) of the interface where the width is resolved by the grid. Linear elements cannot follow the kink of
+//! the profile: of a disk it is 9 % too small where `epsilon` is two spacings, whatever these are, 5 % for four and 2.4 %
+//! for eight.
 
 use fe_grid::operators::MassStiffness;
 use fe_grid::{

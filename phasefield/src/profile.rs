@@ -8,7 +8,8 @@
 //!   half-width `2 epsilon` centred on the boundary, and the void stiffness `delta`.
 //!
 //! # Closed forms
-//! Per unit length (area) of a flat boundary, with `v` the profile above:
+//! Per unit length (area) of a flat boundary, with `v` the profile above; on a grid `L` is smaller, see
+//! [`InterfaceLength`](crate::InterfaceLength):
 //!
 //! - `L[v] = 1`;
 //! - mismatch `F[w, v] = (1/epsilon) int w^2 (1 - v)^2 + v^2 (1 - w)^2` of the boundary against

@@ -51,6 +51,14 @@ pub enum AverageError {
         /// Index of the node, in memory order.
         node: usize,
     },
+    /// A mask was given for a signed distance.
+    #[error(
+        "shape {index} is a mask, not a signed distance: compute that with `levelset::signed_distance`"
+    )]
+    Mask {
+        /// Index of the shape.
+        index: usize,
+    },
     /// A drawing of edges has none, or nothing else.
     #[error("image {index} has no edges: it is nowhere above one half, or everywhere")]
     NoEdges {

@@ -198,7 +198,7 @@ impl AverageParams {
     ///
     /// # Errors
     /// [`AverageError::Parameter`] or [`AverageError::Weights`] with the value found, and
-    /// [`AverageError::Law`] if the law cannot be constructed.
+    /// [`AverageError::Law`] if the law cannot be constructed in any dimension.
     pub fn check(&self, n: usize) -> Result<(), AverageError> {
         let positive = |name, value: f64| {
             if (f64::MIN_POSITIVE..=1e12).contains(&value) {
@@ -236,6 +236,17 @@ impl AverageParams {
         within("interface_cells", "at most 1000", self.interface_cells, 1e3)?;
         within("void_stiffness", "at most 1", self.void_stiffness, 1.0)?;
         within("min_determinant", "below 1", self.min_determinant, 0.9)?;
+        if self.solver == Solver::Descent && self.descent_steps == 0 {
+            let (name, expected, value) = ("descent_steps", "at least 1", 0.0);
+            return Err(AverageError::Parameter {
+                name,
+                expected,
+                value,
+            });
+        }
+        if let Err(error) = self.law.compile::<2>() {
+            self.law.compile::<3>().map_err(|_| error)?;
+        }
         if let Some(weights) = &self.weights {
             let sum: f64 = weights.iter().sum();
             let bad = weights.iter().any(|w| w.is_nan() || *w < 0.0) || (sum - 1.0).abs() > 1e-9;

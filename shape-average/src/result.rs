@@ -89,7 +89,8 @@ pub struct ComponentResult<const D: usize> {
     pub hausdorff: Vec<Option<Hausdorff>>,
 }
 
-/// The average of a number of shapes, on the finest level.
+/// The average of a number of shapes, on the finest level; on that which was being minimised where an observer has
+/// cancelled ([`Status::Cancelled`]). Fields are not serialised.
 #[derive(Clone, Debug, Serialize)]
 pub struct AverageResult<const D: usize> {
     /// The average phase field `v`; of several components the least of their phase fields, which is small

@@ -7,6 +7,7 @@
 
 use crate::error::AverageError;
 use fe_grid::{Field, Grid};
+use levelset::is_mask;
 
 /// Shapes given by signed distances (positive inside) on one grid.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +110,9 @@ impl<'a, const D: usize> Shapes<'a, D> {
                 if inside == 0 || inside == field.as_slice().len() {
                     let what = if inside == 0 { "empty" } else { "full" };
                     return Err(AverageError::Degenerate { index, what });
+                }
+                if is_mask(field) {
+                    return Err(AverageError::Mask { index });
                 }
             }
         }

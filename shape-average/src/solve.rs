@@ -19,7 +19,7 @@ use std::time::Instant;
 /// Computes the average of shapes given by their signed distances (positive inside) on one grid.
 ///
 /// The observer is notified of every level and iteration and may cancel; the result is then the
-/// state reached so far.
+/// state reached so far, on the grid of the level that was being minimised.
 ///
 /// # Errors
 /// [`AverageError`] for parameters out of range, shapes on different grids, shapes without
@@ -327,6 +327,12 @@ fn match_components_to_in<const D: usize>(
     let grid = check(shape, &params)?;
     let same = target.check().map(|other| other == grid);
     let same = same.map_err(|error| error.of_shape(1))?;
+    for field in target_phase_fields {
+        let wrong = |v: &f64| !v.is_finite();
+        if let Some(node) = field.as_slice().iter().position(wrong) {
+            return Err(AverageError::NotFinite { index: 1, node });
+        }
+    }
     if !same || target_phase_fields.iter().any(|v| *v.grid() != grid) {
         return Err(AverageError::GridsDiffer { index: 1 });
     }

@@ -31,8 +31,8 @@ impl<const D: usize> Average<D> {
     /// images, the indicators are one everywhere.
     ///
     /// # Errors
-    /// [`PcaError`] for fewer than two shapes, fields that do not fit, and weights that are not a
-    /// convex combination.
+    /// [`PcaError`] for fewer than two shapes, fields that do not fit or are not finite, and weights that
+    /// are not a convex combination.
     pub fn new(
         displacements: Vec<VectorField<f64, D>>,
         indicators: Vec<ScalarField<f64, D>>,
@@ -65,6 +65,15 @@ impl<const D: usize> Average<D> {
         }
         if let Some(index) = indicators.iter().position(|chi| *chi.grid() != grid) {
             return Err(PcaError::Fields { what, index });
+        }
+        let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
+        let wrong = displacements.iter().position(|u| !finite(u.as_slice()));
+        if let Some(index) = wrong {
+            let what = "deformation";
+            return Err(PcaError::NotFinite { what, index });
+        }
+        if let Some(index) = indicators.iter().position(|chi| !finite(chi.as_slice())) {
+            return Err(PcaError::NotFinite { what, index });
         }
         let sum: f64 = weights.iter().sum();
         let bad = |w: &f64| w.is_nan() || *w < 0.0;

@@ -28,6 +28,14 @@ pub enum PcaError {
         /// Index of the shape.
         index: usize,
     },
+    /// A field is not finite.
+    #[error("the {what} of shape {index} is not finite")]
+    NotFinite {
+        /// Name of the field.
+        what: &'static str,
+        /// Index of the shape.
+        index: usize,
+    },
     /// The weights are not a convex combination of the shapes.
     #[error("expected {expected} nonnegative weights with sum 1, found {weights:?}")]
     Weights {

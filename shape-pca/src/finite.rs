@@ -68,7 +68,11 @@ impl<'a, const D: usize> Finite<'a, D> {
     ///
     /// # Errors
     /// Those of the law and of the grid layer. Failure to converge is not an error; it is reported.
+    ///
+    /// # Panics
+    /// If the load does not have `D` components of the grid.
     pub fn respond(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
+        assert_eq!(load.len(), D * self.compound.grid().n_nodes());
         respond(self, load)
     }
 
@@ -101,9 +105,10 @@ impl<'a, const D: usize> Finite<'a, D> {
                 ..NewtonCgParams::default()
             };
             let info = minimiser.minimise(&mut objective, &mut next, &mut Silent)?;
-            let moved = info.iterations > 0;
+            // A load of zero is reached without a step.
+            let reached = info.iterations > 0 || info.status.converged();
             report.steps.push(info);
-            if !moved {
+            if !reached {
                 break;
             }
             w = next;

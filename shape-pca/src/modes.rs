@@ -36,6 +36,14 @@ impl Modes {
         most: usize,
     ) -> Result<Self, PcaError> {
         let n = weights.len();
+        assert_eq!(
+            gram.shape(),
+            (n, n),
+            "a row, a column and a weight for each shape"
+        );
+        if n < 2 {
+            return Err(PcaError::TooFewShapes { found: n });
+        }
         let covariance = DMatrix::from_fn(n, n, |i, j| {
             (weights[i] * weights[j]).sqrt() * f64::midpoint(gram[(i, j)], gram[(j, i)])
         });

@@ -144,10 +144,15 @@ impl<const D: usize> Compound<D> {
     ///
     /// # Errors
     /// [`PcaError::NotSolved`].
+    ///
+    /// # Panics
+    /// If the load does not have `D` components of the grid.
     pub fn respond(&self, load: &[f64]) -> Result<(Vec<f64>, SolveReport), PcaError> {
+        assert_eq!(load.len(), D * self.grid.n_nodes());
         let (share, iterations) = (self.params.tolerance, self.params.max_iterations);
         let (u, report) = self.solve(load, share, iterations, Negative::PassOver);
-        if report.residual > self.params.tolerance {
+        // Also where it is not a number.
+        if report.residual.is_nan() || report.residual > self.params.tolerance {
             return Err(PcaError::NotSolved {
                 residual: report.residual,
                 iterations: report.iterations,

@@ -36,6 +36,10 @@ impl Quality {
     /// [`PcaError::NoVariation`] if there is no variation without one of the shapes.
     pub fn new(gram: &DMatrix<f64>, zero: f64, most: usize) -> Result<Self, PcaError> {
         let n = gram.nrows();
+        assert!(gram.is_square());
+        if n < 2 {
+            return Err(PcaError::TooFewShapes { found: n });
+        }
         let all: Vec<usize> = (0..n).collect();
         let centred = centred(gram, &all);
         let modes = Modes::new(&centred, &vec![1.0 / n as f64; n], zero, most)?;

@@ -29,12 +29,19 @@ pub struct ModeSpace<const D: usize> {
 
 impl<const D: usize> ModeSpace<D> {
     /// Computes the scores of a centred displacement.
+    ///
+    /// # Panics
+    /// If the displacement lies on another grid than the average.
     pub fn scores(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Scores {
         self.scores_of(&self.products(compound, u))
     }
 
     /// Computes the inner products of a centred displacement with all modes, and then with itself.
+    ///
+    /// # Panics
+    /// If the displacement lies on another grid than the average.
     pub fn products(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Vec<f64> {
+        assert_eq!(u.grid(), self.object.grid());
         let dual = dual(self.params.metric, &self.object, compound, u);
         let fields = self.fields.iter().chain([u]);
         fields.map(|y| dot(&dual, y.as_slice())).collect()

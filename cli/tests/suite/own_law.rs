@@ -61,6 +61,10 @@ fn a_law_of_another_crate_runs_in_all_theories() {
     assert!(matches!(again, Err(LawError::NameTaken { .. })));
     let taken = register_law("logdet", |_| unreachable!(), |_| unreachable!());
     assert!(matches!(taken, Err(LawError::NameTaken { .. })));
+    for name in ["", "inverse:own", "two words"] {
+        let refused = register_law(name, |_| unreachable!(), |_| unreachable!());
+        assert!(matches!(refused, Err(LawError::BadName { .. })));
+    }
 
     let found = compute(own).unwrap();
     let known = compute(LawSpec::default()).unwrap();

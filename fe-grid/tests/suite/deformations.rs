@@ -5,7 +5,7 @@ use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::random::noise;
 use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
 use fe_grid::{
-    Field, Grid, InverseDeformation, Restrained, ScalarField, certify, certify_below,
+    Element, Field, Grid, InverseDeformation, Restrained, ScalarField, certify, certify_below,
     certify_within, restrain_together, tensor, violations,
 };
 use proptest::prelude::*;
@@ -277,4 +277,31 @@ proptest! {
             prop_assert!(close < 1e-4, "{} {} {}", slope, left, right);
         }
     }
+}
+
+/// Comparisons with NaN are false, and minima leave it out.
+#[test]
+fn what_is_not_finite_is_not_certified() {
+    fn check<T: Element, const D: usize>(values: [T; 3]) {
+        let grid = Grid::<D>::dyadic(3);
+        let n = D * grid.n_nodes();
+        for value in values {
+            let mut one = vec![T::default(); n];
+            one[n / 2] = value;
+            for field in [one, vec![value; n]] {
+                let bad = violations(&grid, &field, 0.0, None);
+                assert!(!bad.is_empty());
+                for detail in [0.3, f64::INFINITY] {
+                    let found = certify_below(&grid, &field, 0.0, detail);
+                    assert!(!found.certified, "{found:?}");
+                    assert_eq!(found.min_det, f64::NEG_INFINITY);
+                    assert!(bad.contains(&found.cell));
+                }
+            }
+        }
+    }
+    check::<f64, 2>([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
+    check::<f64, 3>([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
+    check::<f32, 2>([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
+    check::<f32, 3>([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
 }

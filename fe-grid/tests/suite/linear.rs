@@ -251,3 +251,15 @@ fn weights_are_taken_at_the_gauss_points() {
         assert_relative_eq!(vector::sum(&image), expected, max_relative = 1e-13);
     }
 }
+
+#[test]
+fn a_right_side_that_is_not_finite_is_refused() {
+    let operator = Identity { dim: 3 };
+    for value in [f64::NAN, f64::INFINITY] {
+        let (b, mut x) = ([1.0, value, 0.0], [0.0; 3]);
+        let params = CgParams::default();
+        let mut scratch = CgScratch::default();
+        let found = conjugate_gradient(&operator, &operator, &b, &mut x, &params, &mut scratch);
+        assert!(matches!(found, Err(GridError::NotFinite { .. })));
+    }
+}

@@ -65,10 +65,11 @@ impl DistanceMatrix {
     /// # Errors
     /// [`DistanceError`] for values that are not distances.
     pub fn new(n: usize, rows: &[f64]) -> Result<Self, DistanceError> {
-        if rows.len() != n * n {
+        let expected = n.saturating_mul(n);
+        if rows.len() != expected {
             return Err(DistanceError::Count {
                 n,
-                expected: n * n,
+                expected,
                 found: rows.len(),
             });
         }

@@ -80,6 +80,14 @@ impl Scaling {
         let centred = DMatrix::from_fn(n, n, |i, j| {
             -0.5 * (squares[(i, j)] - means[i] - means[j] + mean)
         });
+        if n == 0 {
+            return Self {
+                eigenvalues: Vec::new(),
+                ranks: Vec::new(),
+                vectors: centred,
+                means,
+            };
+        }
         let found = SymmetricEigen::new(centred);
         let mut ranks: Vec<usize> = (0..n).collect();
         ranks.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));

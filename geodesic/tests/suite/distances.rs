@@ -316,4 +316,8 @@ fn what_is_no_distance_is_refused() {
         DistanceError::Asymmetric { .. }
     ));
     assert!(DistanceMatrix::new(2, &[0.0, 1.0, 1.0, 0.0]).is_ok());
+    let many = DistanceMatrix::new(1 << 32, &[]);
+    assert!(matches!(many, Err(DistanceError::Count { .. })));
+    let none = classical_scaling::<2>(&DistanceMatrix::new(0, &[]).unwrap());
+    assert!(none.points.is_empty() && none.explained == 0.0);
 }

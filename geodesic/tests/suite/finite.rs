@@ -1,6 +1,7 @@
 //! Discrete geodesics whose limits are known.
 
 use approx::assert_relative_eq;
+use geodesic::GeodesicError;
 use geodesic::finite::{
     Balls, Dashpots, Dissimilarity, FinitePath, Rule, StereographicSphere, finite_geodesic,
 };
@@ -176,4 +177,15 @@ fn oracle_balls() {
 fn no_steps_are_refused() {
     let sphere = StereographicSphere { rule: Rule::Left };
     assert!(finite_geodesic(&sphere, START, END, 0).is_err());
+}
+
+#[test]
+fn points_that_no_path_reaches_are_refused() {
+    let law = LawSpec::new("logdet", LameModuli::new(1.0, 1.0).unwrap()).unwrap();
+    let balls = Balls::<2>::new(law).unwrap();
+    for end in [f64::NAN, f64::INFINITY, -0.2] {
+        let refused = finite_geodesic(&balls, [0.2], [end], 4);
+        let refused = matches!(refused, Err(GeodesicError::Parameter { .. }));
+        assert!(refused, "{end}");
+    }
 }

@@ -291,6 +291,20 @@ fn unfit_input_is_refused() {
         run(&disk, &disk, 0),
         GeodesicError::Parameter { .. }
     ));
+    let mut mask = disk.clone();
+    for u in mask.as_mut_slice() {
+        *u = u.signum();
+    }
+    let which = "end";
+    assert_eq!(run(&disk, &mask, 2), GeodesicError::Mask { which });
+    let refused = |change: fn(&mut GeodesicParams)| {
+        let mut params = GeodesicParams::default();
+        change(&mut params);
+        matches!(params.check(), Err(GeodesicError::Parameter { .. }))
+    };
+    assert!(refused(|p| p.tolerance = 1.0));
+    assert!(refused(|p| p.mismatch_cells = 1e4));
+    assert!(refused(|p| p.mismatch_weight = 1e300));
 }
 
 proptest! {

@@ -4,8 +4,8 @@ use crate::common::{ball, bumpy, noise};
 use approx::assert_relative_eq;
 use fe_grid::{Field, Grid};
 use levelset::{
-    BoxEdge, Contour, LevelsetError, Moments, connected_components, contour, dice, hausdorff,
-    largest_component, mask_volume, share_outside,
+    BoxEdge, Contour, LevelsetError, Moments, connected_components, contour, dice, dice_within,
+    hausdorff, inspect::narrow_gap_share, is_mask, largest_component, mask_volume, share_outside,
 };
 use nalgebra::{SVector, Vector2};
 
@@ -206,4 +206,53 @@ fn components_of_a_mask_are_those_of_its_surface() {
         let n = connected_components(&mask, 0.5).sizes.len();
         assert_eq!(surface.n_components(), n, "seed {seed}");
     }
+}
+
+#[test]
+fn what_is_no_number_is_refused() {
+    let square = disk(33, 0.3);
+    for width in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
+        let refused = narrow_gap_share(&square, width);
+        assert!(matches!(refused, Err(LevelsetError::Parameter { .. })));
+    }
+    let unchanged = square.refined(f64::NAN);
+    assert_eq!(unchanged.points(), square.points());
+    let moments = |contour: &Contour<2>| Moments::of_contour(contour).map(|m| m.volume);
+    let nan = square.map(|[x, _]| [x, f64::NAN]);
+    let refused = moments(&nan);
+    assert!(matches!(
+        refused,
+        Err(LevelsetError::NonFinitePoint { point: 0, .. })
+    ));
+    let reflected = square.map(|[x, y]| [-x, y]);
+    assert_eq!(moments(&reflected), Err(LevelsetError::InsideOut));
+    assert_eq!(
+        moments(&square.map(|[x, _]| [x, 0.0])),
+        Err(LevelsetError::EmptyContour)
+    );
+    let field = ball::<2>(Grid::cube(9), 0.3);
+    let refused = dice(&field, f64::NAN, &field, 0.0);
+    assert!(matches!(refused, Err(LevelsetError::Parameter { .. })));
+    let mut weight = Field::from_fn(*field.grid(), |_| [1.0]);
+    weight.as_mut_slice()[40] = f64::NAN;
+    let refused = dice_within(&field, 0.0, &field, 0.0, Some(&weight));
+    assert!(matches!(refused, Err(LevelsetError::NonFinite { .. })));
+}
+
+#[test]
+fn masks_are_not_signed_distances() {
+    let distance = ball::<2>(Grid::cube(17), 0.3);
+    let of = |value: fn(f64) -> f64| {
+        let mut field = distance.clone();
+        for u in field.as_mut_slice() {
+            *u = value(*u);
+        }
+        is_mask(&field)
+    };
+    assert!(!of(|u| u));
+    assert!(of(|u| f64::from(u8::from(u > 0.0))));
+    assert!(of(f64::signum));
+    // With shares of cells on the boundary.
+    assert!(of(|u| (0.5 + 16.0 * u).clamp(0.0, 1.0)));
+    assert!(!of(|u| u.clamp(-0.1, 0.1)));
 }

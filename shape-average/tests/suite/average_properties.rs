@@ -288,6 +288,17 @@ fn bad_shapes_are_named() {
             AverageError::Degenerate { index: 1, what }
         );
     }
+    let mut mask = b.clone();
+    for u in mask.as_mut_slice() {
+        *u = f64::from(u8::from(*u > 0.0));
+    }
+    assert_eq!(
+        refused(&[a, mask], &params),
+        AverageError::Mask { index: 1 }
+    );
+    let mut folding = AverageParams::default();
+    folding.law.moduli.lambda = -3.0;
+    assert!(matches!(folding.check(2), Err(AverageError::Law(_))));
 }
 
 #[test]

@@ -305,10 +305,19 @@ fn what_cannot_be_analysed_is_refused() {
     assert!(matches!(missing, Err(PcaError::Fields { index: 1, .. })));
     let heavy = Average::new(vec![u.clone(); 2], vec![chi.clone(); 2], vec![0.5, 0.7]);
     assert!(matches!(heavy, Err(PcaError::Weights { .. })));
+    let mut broken = u.clone();
+    broken.as_mut_slice()[7] = f64::NAN;
+    let broken = Average::new(vec![u.clone(), broken], vec![chi.clone(); 2], vec![0.5; 2]);
+    assert!(matches!(broken, Err(PcaError::NotFinite { index: 1, .. })));
     let same = Average::new(vec![u; 2], vec![chi; 2], vec![0.5; 2]).unwrap();
     let compound = Compound::new(&same, &PcaParams::default()).unwrap();
     let nothing = Pca::new(&same, &compound, 9, &mut Silent);
     assert!(matches!(nothing, Err(PcaError::NoVariation)));
+    let load = vec![f64::NAN; 2 * grid.n_nodes()];
+    assert!(compound.respond(&load).is_err());
+    let at_rest = vec![0.0; load.len()];
+    let (_, report) = Finite::new(&same, &compound).respond(&at_rest).unwrap();
+    assert_eq!(report.share, 1.0);
 }
 
 /// Energies are proportional to the moduli, whose unit is free: a power of two changes exponents and no other
