@@ -370,17 +370,18 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
         edge
     };
     let mut corner = L::splat(f64::INFINITY);
-    // Minima ignore NaN; this term propagates it.
-    let mut not_finite = L::zero();
+    let mut sum = L::zero();
     for c in 0..1 << D {
         let mut columns = [[L::zero(); D]; D];
         for k in 0..D {
             columns[k] = edge(k, c);
         }
         let own = crate::tensor::determinant(&columns);
-        not_finite += own.scale(0.0);
+        sum += own;
         corner = own.min(corner);
     }
+    // Minima ignore NaN; this term propagates it.
+    let not_finite = sum.scale(0.0);
     let corner = corner + not_finite;
     if D == 2 {
         return (corner, corner);

@@ -146,7 +146,7 @@ impl HeldValues {
     /// ignored. The relative tolerance refers to the residual of the start.
     ///
     /// # Errors
-    /// [`GridError::NotPositiveDefinite`], as [`conjugate_gradient`].
+    /// [`GridError::NotPositiveDefinite`] and [`GridError::NotFinite`], as [`conjugate_gradient`].
     ///
     /// # Panics
     /// If lengths differ.

@@ -3,7 +3,7 @@
 use crate::error::GridError;
 
 /// Most nodes of a grid: sizes of a thousand vector fields on it do not overflow.
-const MOST_NODES: usize = 1 << 40;
+const MOST_NODES: u64 = 1 << 40;
 
 /// The nodes of a box `[0, (n_0-1) h] x ...` with the same spacing `h` along every axis. Axis 0 is
 /// `x`; `x` runs fastest in memory.
@@ -188,7 +188,7 @@ impl<const D: usize> Grid<D> {
 fn fits<const D: usize>(n_nodes: [usize; D]) -> bool {
     let mut sizes = n_nodes.into_iter();
     let product = sizes.try_fold(1, |product: usize, n| product.checked_mul(n));
-    product.is_some_and(|product| product <= MOST_NODES)
+    product.is_some_and(|product| product as u64 <= MOST_NODES)
 }
 
 fn strides<const D: usize>(sizes: [usize; D]) -> [usize; D] {
@@ -219,7 +219,7 @@ mod tests {
             assert!(matches!(refused, Err(GridError::TooLarge { .. })));
         }
         let largest = Grid::<2>::with_nodes([1 << 20; 2], 0.1).unwrap();
-        assert_eq!(largest.n_nodes(), MOST_NODES);
+        assert_eq!(largest.n_nodes() as u64, MOST_NODES);
         for spacing in [1e-310, 1e-160, 1e160, 1e300, -1.0, f64::NAN] {
             let refused = Grid::<2>::with_nodes([9; 2], spacing);
             assert!(matches!(refused, Err(GridError::Spacing { .. })));

@@ -173,7 +173,9 @@ fn damp<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64, factor: &mu
         return;
     }
     let nodes = grid.nodes_per_axis();
-    let radius = reach.ceil() as usize;
+    // A step that is not finite reaches everything.
+    let longest = nodes.into_iter().max().unwrap_or(0);
+    let radius = (reach.ceil() as usize).min(longest);
     // The nodes about the cells that can be nearer than `reach`.
     let (mut first, mut last) = (nodes, [0; D]);
     for cell in cells.iter().map(|&cell| grid.cell(cell)) {

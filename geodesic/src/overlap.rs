@@ -326,7 +326,7 @@ pub(crate) fn largest_share_outside<const D: usize>(
         match share_outside(&moved(&outline, displacement), start.grid()) {
             Ok(share) => most = most.max(share),
             // A shape without a volume has none outside.
-            Err(LevelsetError::EmptyContour) => {}
+            Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => {}
             Err(error) => return Err(error.into()),
         }
     }

@@ -58,7 +58,7 @@ compiled_once! {
     /// before ([`Contour::refined`]): only what their centroid faces is found.
     ///
     /// # Errors
-    /// [`LevelsetError::EmptyContour`].
+    /// [`LevelsetError::EmptyContour`]; [`LevelsetError::Parameter`] unless the width is positive and finite.
     pub fn facing<'a, D>(
         contour: &'a Contour<D>,
         width: f64,

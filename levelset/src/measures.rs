@@ -169,7 +169,8 @@ pub fn share_outside<const D: usize>(
     }
 }
 
-/// Whether a field is a mask rather than a signed distance: it is negative nowhere, or has two values only.
+/// Whether a field is a mask rather than a signed distance: it is negative nowhere, or has two values only. Distances of a
+/// shape that fills the box, zero on its faces, are taken for a mask, too; they tell nothing of an outside.
 pub fn is_mask<const D: usize>(field: &Field<f64, D, 1>) -> bool {
     let values = field.as_slice();
     let first = values.first();
@@ -227,8 +228,11 @@ pub fn dice_within<const D: usize>(
     }
     let (mut both, mut sum) = (0.0, 0.0);
     for (node, (&u, &v)) in a.as_slice().iter().zip(b.as_slice()).enumerate() {
-        let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         let (in_a, in_b) = (u > level_a, v > level_b);
+        if !(in_a || in_b) {
+            continue;
+        }
+        let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         both += if in_a && in_b { w } else { 0.0 };
         sum += w * f64::from(u8::from(in_a) + u8::from(in_b));
     }

@@ -1,16 +1,17 @@
 //! The rigid motion that is nearest to a deformation.
 
+use crate::measures::Moments;
 use crate::rigid_motion::RigidMotion;
 use fe_grid::{Field, ScalarField};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector};
 
-/// Points whose second largest extent (in 2D the largest) is less than this share of the largest, squared, do not determine
-/// a rotation.
-const LEAST_EXTENT: f64 = 1e-12;
+/// Nodes whose second largest variance (in 2D the largest) is less than this share of the squared spacing lie on a line or
+/// in a point, up to rounding, and do not determine a rotation.
+const LEAST_VARIANCE: f64 = 0.01;
 
 impl<const D: usize> RigidMotion<D> {
     /// The motion that brings points nearest to others, in the mean of the squared distances with these masses. Of several
-    /// rotations, such as those of a single point, one is chosen.
+    /// rotations, such as those of a single point, one is chosen. There is mass somewhere.
     ///
     /// Source: Kabsch, *A solution for the best rotation to relate two sets of vectors* (1976).
     pub fn nearest(
@@ -34,32 +35,25 @@ impl<const D: usize> RigidMotion<D> {
 
     /// The motion that is nearest to a deformation, given by its displacement, of a shape, given by its signed distance
     /// (positive inside) on the same grid; `None` where the nodes inside do not determine a rotation.
+    ///
+    /// # Panics
+    /// If the grids differ.
     pub fn nearest_to_deformation(
         shape: &ScalarField<f64, D>,
         displacement: &Field<f64, D, D>,
     ) -> Option<Self> {
         let grid = *shape.grid();
+        assert_eq!(grid, *displacement.grid());
+        let share = |u: &f64| f64::from(u8::from(*u > 0.0));
+        let shares = shape.as_slice().iter().map(share).collect();
+        let shares = ScalarField::from_vec(grid, shares).ok()?;
+        let spread = Moments::of_density(&shares).ok()?.covariance;
+        // In descending order.
+        let variances = DMatrix::from_column_slice(D, D, spread.as_slice()).singular_values();
+        let determined = variances[D - 2] > LEAST_VARIANCE * grid.spacing().powi(2);
         let inside = shape.as_slice().iter().enumerate();
         let inside = inside.filter(|(_, u)| **u > 0.0).map(|(node, _)| node);
         let place = move |node| SVector::from(grid.position(grid.node(node)));
-        let (mut n, mut sum) = (0.0, SVector::zeros());
-        for node in inside.clone() {
-            n += 1.0;
-            sum += place(node);
-        }
-        let centre: SVector<f64, D> = sum / n;
-        let mut spread = DMatrix::<f64>::zeros(D, D);
-        for node in inside.clone() {
-            let from = place(node) - centre;
-            for i in 0..D {
-                for j in 0..D {
-                    spread[(i, j)] += from[i] * from[j];
-                }
-            }
-        }
-        // In descending order.
-        let extents = spread.singular_values();
-        let determined = n > 0.0 && extents[D - 2] > LEAST_EXTENT * extents[0];
         let moved = |node| (1.0, place(node), SVector::from(displacement.deformed(node)));
         determined.then(|| Self::nearest(inside.map(moved)))
     }

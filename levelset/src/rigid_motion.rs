@@ -113,8 +113,9 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
-    /// Returns the motion that gives this one when it is repeated so many times.
+    /// Returns the motion that gives this one when it is repeated so many times, at least once.
     pub fn root(&self, times: usize) -> Self {
+        let times = times.max(1);
         let share = 1.0 / times as f64;
         let rotation = self.part(share, [0.0; D]).rotation;
         // `t = (1 + R + ... + R^(n - 1)) t_1`; rotations by less than a full turn have no other root of one.

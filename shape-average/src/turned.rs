@@ -57,7 +57,11 @@ impl Found {
         let left: Vec<_> = self.list.iter().filter(turned).copied().collect();
         // A name too many is better than a doubt that is lost.
         let doubtful = |list: &[Turned]| list.iter().any(|one| one.doubt().is_some());
-        if doubtful(&left) { left } else { self.list }
+        if doubtful(&self.list) && !doubtful(&left) {
+            self.list
+        } else {
+            left
+        }
     }
 }
 
@@ -190,7 +194,10 @@ impl<const D: usize> Turnable<'_, D> {
         let shapes = &self.shapes[distribution.own()];
         let own = parallel::map(shapes, &|shape| Turn::best(shape, onto));
         let numbers = own.iter().map(|turn| {
-            let Some(turn) = turn else { return [0.0; 3] };
+            // What vanishes on the coarse grid overlaps with nothing.
+            let Some(turn) = turn else {
+                return [0.0, 1.0, 1.0];
+            };
             let degrees = turn.motion().angle().to_degrees();
             let [as_it_lies, turned] = turn.mismatches();
             [
@@ -227,7 +234,10 @@ impl<const D: usize> Turnable<'_, D> {
         }
         let reached = solve_levels(problem, &mut Quiet(observer))?;
         let cancelled = reached.cancelled() || observer.between() == Control::Cancel;
-        Ok((!cancelled).then(|| reached.energy()))
+        let found = reached.energy();
+        // Without terms where no start was admissible.
+        let known = !cancelled && !found.elastic.is_empty();
+        Ok(known.then_some(found))
     }
 }
 

@@ -28,7 +28,10 @@ impl Modes {
     /// are computed.
     ///
     /// # Errors
-    /// [`PcaError::NoVariation`] if all displacements are zero.
+    /// [`PcaError::NoVariation`] if all displacements are zero; [`PcaError::TooFewShapes`].
+    ///
+    /// # Panics
+    /// Unless the matrix has a row and a column for each weight.
     pub fn new(
         gram: &DMatrix<f64>,
         weights: &[f64],

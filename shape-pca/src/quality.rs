@@ -33,7 +33,11 @@ impl Quality {
     /// does not matter. Distances are those of the inner product of the matrix.
     ///
     /// # Errors
-    /// [`PcaError::NoVariation`] if there is no variation without one of the shapes.
+    /// [`PcaError::NoVariation`] if there is no variation without one of the shapes;
+    /// [`PcaError::TooFewShapes`].
+    ///
+    /// # Panics
+    /// Unless the matrix is square.
     pub fn new(gram: &DMatrix<f64>, zero: f64, most: usize) -> Result<Self, PcaError> {
         let n = gram.nrows();
         assert!(gram.is_square());

@@ -169,7 +169,8 @@ fn label<const D: usize>(
 fn size<const D: usize>(contour: &Contour<D>) -> Result<f64, GeodesicError> {
     match Moments::of_contour(contour) {
         Ok(moments) => Ok(moments.volume),
-        Err(LevelsetError::EmptyContour) => Ok(0.0),
+        // Slivers are inside out by rounding.
+        Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => Ok(0.0),
         Err(error) => Err(error.into()),
     }
 }

@@ -85,7 +85,7 @@ fn check(place: &Place, command: &[&str]) -> usize {
 fn averages_resume_to_the_same_bits() {
     let place = Place::new();
     let inputs = drawn(&place, "crosses", "2", "33");
-    let common = ["--grid", "65", "--align", "none", "--tolerance", "2e-3"];
+    let common = ["--grid", "33", "--align", "none", "--tolerance", "2e-3"];
     for options in [
         &[][..],
         &["--mean", "median"],

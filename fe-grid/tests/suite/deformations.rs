@@ -6,7 +6,7 @@ use fe_grid::random::noise;
 use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
 use fe_grid::{
     Element, Field, Grid, InverseDeformation, Restrained, ScalarField, certify, certify_below,
-    certify_within, restrain_together, tensor, violations,
+    certify_within, restrain_step, restrain_together, tensor, violations,
 };
 use proptest::prelude::*;
 
@@ -304,4 +304,18 @@ fn what_is_not_finite_is_not_certified() {
     check::<f64, 3>([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
     check::<f32, 2>([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
     check::<f32, 3>([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]);
+}
+
+/// A step that is not finite is not taken.
+#[test]
+fn steps_that_are_not_finite_are_not_taken() {
+    let grid = Grid::<2>::dyadic(3);
+    let n = 2 * grid.n_nodes();
+    let displacement = vec![0.0; n];
+    for value in [f64::INFINITY, f64::NAN] {
+        let mut step = vec![1e-3; n];
+        step[n / 2] = value;
+        restrain_step(&grid, &displacement, &mut step, 0.0, None);
+        assert_eq!(step, displacement, "{value}");
+    }
 }

@@ -234,6 +234,8 @@ fn what_is_no_number_is_refused() {
     let refused = dice(&field, f64::NAN, &field, 0.0);
     assert!(matches!(refused, Err(LevelsetError::Parameter { .. })));
     let mut weight = Field::from_fn(*field.grid(), |_| [1.0]);
+    weight.as_mut_slice()[0] = f64::NAN;
+    assert!(dice_within(&field, 0.0, &field, 0.0, Some(&weight)).is_ok());
     weight.as_mut_slice()[40] = f64::NAN;
     let refused = dice_within(&field, 0.0, &field, 0.0, Some(&weight));
     assert!(matches!(refused, Err(LevelsetError::NonFinite { .. })));
