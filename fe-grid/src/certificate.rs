@@ -380,9 +380,8 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
         sum += own;
         corner = own.min(corner);
     }
-    // Minima ignore NaN; this term propagates it.
-    let not_finite = sum.scale(0.0);
-    let corner = corner + not_finite;
+    // A minimum is its second number where one is NaN: those above forget it, and those of the bound below keep it.
+    let corner = corner + sum.scale(0.0);
     if D == 2 {
         return (corner, corner);
     }
@@ -421,7 +420,7 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
             .count();
         bound = coefficient.scale(0.5f64.powi(ones as i32)).min(bound);
     }
-    (bound + not_finite, corner)
+    (bound, corner)
 }
 
 /// The bound over a cell after splitting it where the bound does not exceed the threshold.

@@ -54,7 +54,7 @@ impl<const D: usize> Grid<D> {
             });
         }
         let grid = Self { n_nodes, spacing };
-        if !(spacing > 0.0 && spacing.is_normal() && grid.cell_volume().is_normal()) {
+        if !(spacing > 0.0 && grid.cell_volume().is_normal()) {
             return Err(GridError::Spacing { spacing });
         }
         Ok(grid)

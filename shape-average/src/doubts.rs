@@ -35,12 +35,7 @@ impl<const D: usize> AverageResult<D> {
 
     /// Returns the energy above the minimum relative to the weighted elastic energy, if it was estimated.
     pub fn remaining_share(&self) -> Option<f64> {
-        Some(self.energy.remaining? / self.elastic_scale())
-    }
-
-    /// The weighted elastic energy, or what is resolved of the functional if that is more.
-    pub(crate) fn elastic_scale(&self) -> f64 {
-        self.energy.elastic_scale()
+        Some(self.energy.remaining? / self.energy.elastic_scale())
     }
 
     /// The doubts about the deformations onto the average, from the overlap and the distance of each.

@@ -46,5 +46,11 @@ pub(super) fn at<const D: usize>(
         return Ok(None);
     };
     let step = STEP * result.average.grid().spacing();
-    Curvature::along(&found, &mut objective, &x, step, result.elastic_scale())
+    Curvature::along(
+        &found,
+        &mut objective,
+        &x,
+        step,
+        result.energy.elastic_scale(),
+    )
 }

@@ -118,7 +118,7 @@ impl<'a, const D: usize> Minima<'a, D> {
             Some(place) => {
                 let minimum = &mut self.kept[place].minimum;
                 minimum.starts.push(self.starts);
-                if energy >= minimum.energy - RESOLVED * result.elastic_scale() {
+                if energy >= minimum.energy - RESOLVED * result.energy.elastic_scale() {
                     return Ok(false);
                 }
                 minimum.starts.clone()
@@ -151,7 +151,7 @@ impl<'a, const D: usize> Minima<'a, D> {
         // Of minima that the minimiser cannot tell apart by their energies the first is the result, which
         // is that of the usual start if it is one of them.
         let lower = self.lowest.as_ref().is_none_or(|(_, lowest)| {
-            energy < lowest.energy.total - RESOLVED * lowest.elastic_scale()
+            energy < lowest.energy.total - RESOLVED * lowest.energy.elastic_scale()
         });
         if lower {
             self.lowest = Some((place, result));
@@ -177,7 +177,7 @@ impl<'a, const D: usize> Minima<'a, D> {
         for (i, kept) in self.kept.into_iter().enumerate() {
             let mut minimum = kept.minimum;
             if let Some(best) = best.filter(|_| i != place) {
-                minimum.excess = (minimum.energy - best) / lowest.elastic_scale();
+                minimum.excess = (minimum.energy - best) / lowest.energy.elastic_scale();
                 let states = (&kept.displacements[..], &lowest.displacements[..]);
                 minimum.state_distance =
                     rigid::state_distance(&lowest.shapes, &weights, states.0, states.1);
