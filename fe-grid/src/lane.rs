@@ -331,9 +331,9 @@ pub trait Element: Stored + Lane<Element = Self> + PartialOrd + std::iter::Sum {
     /// Numbers to be changed, with their type.
     #[doc(hidden)]
     fn numbers_mut(numbers: &mut [Self]) -> NumbersMut<'_>;
-    /// Runs a kernel on the instruction set in use, [`SimdLevel::active`]. Builds with debug
-    /// assertions compile the kernel for scalars and for vectors of 256 bits only: copies for 512
-    /// bits would give the tests the same bits, and much more to compile.
+    /// Runs a kernel on the instruction set in use, [`SimdLevel::active`]. Builds that are not fully optimised
+    /// (`opt-level` below 3) compile the kernel for scalars and for vectors of 256 bits only: copies for 512
+    /// bits would give the tests the same bits, and more to compile.
     fn run_kernel<K: LaneKernel<Self>>(kernel: K) -> K::Output;
     /// Runs a kernel on a given instruction set; it is compiled for all of them in every build.
     fn dispatch<K: LaneKernel<Self>>(level: SimdLevel, kernel: K) -> K::Output;

@@ -40,10 +40,10 @@ where
     Run<T, K>: WithSimd<Output = K::Output>,
 {
     let level = SimdLevel::active();
-    if cfg!(debug_assertions) {
-        up_to_256_bits(level, kernel)
-    } else {
+    if cfg!(fully_optimised) {
         dispatch(level, kernel)
+    } else {
+        up_to_256_bits(level, kernel)
     }
 }
 

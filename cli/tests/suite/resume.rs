@@ -39,18 +39,14 @@ fn timeless(mut value: Value) -> Value {
 /// Kills a command at its first checkpoint, and again at later ones; then it has the result of a run that
 /// is not interrupted. Returns the number of times that it was killed.
 fn check(place: &Place, command: &[&str]) -> usize {
-    let run = |output| {
-        let mut arguments = command.to_vec();
-        arguments.extend(["-o", output, "--checkpoint", "1e-6"]);
-        arguments
-    };
-    succeeded(&place.compute(&run("whole")));
+    let with = |options: &[&'static str]| [command, options].concat();
+    succeeded(&place.compute(&with(&["-o", "whole"])));
     let whole = Results::read(&place.path("whole"));
     let state = place.path("out.partial/state.json");
     let mut kills = 0;
     // The numbers of checkpoints grow over all runs.
     for number in [0, 1, 2, 4, 9, 20] {
-        let mut child = spawn(place, &run("out"));
+        let mut child = spawn(place, &with(&["-o", "out", "--checkpoint", "1e-6"]));
         let reached = || {
             let text = fs::read_to_string(&state).unwrap_or_default();
             let state: Value = serde_json::from_str(&text).unwrap_or_default();
@@ -67,7 +63,7 @@ fn check(place: &Place, command: &[&str]) -> usize {
         kills += 1;
     }
     if !place.path("out").exists() {
-        let last = place.compute(&run("out"));
+        let last = place.compute(&with(&["-o", "out"]));
         let report = String::from_utf8_lossy(&last.stderr).into_owned();
         succeeded(&last);
         assert!(report.contains("going on from the checkpoint"), "{report}");
