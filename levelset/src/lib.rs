@@ -14,6 +14,7 @@
 mod bvh;
 mod closest;
 mod components;
+mod continued;
 pub mod contour;
 pub mod criteria;
 pub mod distance;
@@ -41,6 +42,7 @@ pub use fe_grid;
 pub use nalgebra;
 
 pub use components::{Components, connected_components, largest_component};
+pub use continued::Continued;
 pub use contour::{Contour, centroid};
 pub use criteria::{Cause, Criterion, Limit};
 pub use distance::{ContourDistance, Nearest, signed_distance};

@@ -1,5 +1,6 @@
 //! Rigid motions of shapes, and rotations.
 
+use crate::continued::Continued;
 use crate::contour::Contour;
 use fe_grid::{Field, Grid};
 use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
@@ -149,8 +150,9 @@ impl<const D: usize> RigidMotion<D> {
     /// from it. If the contour is available, the distance to its image
     /// ([`RigidMotion::apply_to_contour`]) is exact.
     pub fn apply(&self, signed_distance: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+        let distance = Continued::new(signed_distance);
         Field::from_fn(*signed_distance.grid(), |y| {
-            [extended(signed_distance, &self.map_back(y))]
+            [distance.value(&self.map_back(y))]
         })
     }
 
@@ -158,16 +160,6 @@ impl<const D: usize> RigidMotion<D> {
     pub fn apply_to_contour(&self, contour: &Contour<D>) -> Contour<D> {
         contour.transformed(&self.rotation, &self.translation)
     }
-}
-
-/// Evaluates the signed distance `u` at any point: `u(c) - |x - c|` with `c` the nearest point of
-/// the box.
-pub fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f64 {
-    let extent = u.grid().extent();
-    let outside: f64 = (0..D)
-        .map(|k| (x[k] - x[k].clamp(0.0, extent[k])).powi(2))
-        .sum();
-    u.sample(*x)[0] - outside.sqrt()
 }
 
 /// Returns all rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D, of which every rotation has one

@@ -5,8 +5,9 @@
 //! Rotations that cover all others are tried by the overlap with the other shape on a coarse grid, and the best one is
 //! improved by small ones.
 
+use crate::continued::Continued;
 use crate::measures::Moments;
-use crate::rigid_motion::{RigidMotion, covering_rotations, extended, plane_rotation};
+use crate::rigid_motion::{RigidMotion, covering_rotations, plane_rotation};
 use fe_grid::ScalarField;
 use nalgebra::{SMatrix, SVector};
 
@@ -127,9 +128,10 @@ fn shrunk<const D: usize>(
     if ratio >= 1.0 {
         return distance;
     }
+    let own = Continued::new(&distance);
     ScalarField::from_fn(*distance.grid(), |x| {
         let from = centre + (SVector::from(x) - centre) / ratio;
-        [ratio * extended(&distance, &from.into())]
+        [ratio * own.value(&from.into())]
     })
 }
 

@@ -451,15 +451,10 @@ impl<const D: usize> Target<D> {
             Some(motion) => coarse.pose(&motion),
             None => coarse.centred(SMatrix::identity()),
         };
-        let others = starts::rotations(&coarse).into_iter();
-        let others = others.map(|rotation| coarse.centred(rotation));
-        let mut scored: Vec<(f64, Pose<D>)> = others
-            .map(|pose| (coarse.difference(&pose), pose))
-            .collect();
-        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let scored = scored(&coarse);
         let separation = starts::SEPARATION[usize::from(D == 3)];
         let chosen = distinct(Some(preferred), &scored, separation, N_COARSE + 1);
-        let mut refined: Vec<_> = chosen.iter().map(|pose| coarse.refine(pose)).collect();
+        let mut refined = parallel::map(&chosen, &|pose| coarse.refine(pose));
         let start = refined[0];
         refined.sort_by(|a, b| a.0.total_cmp(&b.0));
         let worst = HOPELESS * refined[0].0 + coarse.absolute(NOISE);
@@ -467,7 +462,7 @@ impl<const D: usize> Target<D> {
         refined.retain(|r| r.0 <= worst);
         let chosen = distinct(start, &refined, separation, N_GROUP);
         let fine = Matching::new(&self.fine, shape)?;
-        let mut refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();
+        let mut refined = parallel::map(&chosen, &|pose| fine.refine(pose));
         let least = refined.iter().map(|r| r.0).fold(f64::INFINITY, f64::min);
         let noise = fine.absolute(NOISE);
         let best = least + noise + (TIE * least).min(noise);
@@ -505,6 +500,16 @@ impl<const D: usize> Target<D> {
         let found = fits.iter().zip(chosen).map(|(fits, choice)| fits[choice]);
         Ok(found.collect())
     }
+}
+
+/// Returns the starts of a search with their differences, the least one first.
+fn scored<const D: usize>(matching: &Matching<'_, D>) -> Vec<(f64, Pose<D>)> {
+    let mut scored = parallel::map(starts::rotations(matching), &|rotation| {
+        let pose = matching.centred(rotation);
+        (matching.difference(&pose), pose)
+    });
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    scored
 }
 
 /// Returns a pose, if any, and the first ones of a sorted list, at most `n_most`, that differ pairwise by more

@@ -5,7 +5,7 @@ use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::inspect::{border_share_of, narrow_gap_share, specks_of, thin_share};
 use levelset::topology::Topology;
 use levelset::{Cause, Contour, Doubt, signed_distance};
-use shape_average::align::{mismatches, reflected_mismatch};
+use shape_average::align::{AlignError, align_to, mismatches, reflected_mismatch};
 
 use super::Input;
 use crate::error::CliError;
@@ -209,6 +209,10 @@ impl Likeness {
     }
 }
 
+/// Computes the mismatch of two shapes after an alignment, given by their signed distances.
+type Mismatch<'a, const D: usize> =
+    dyn Fn(&ScalarField<f64, D>, &ScalarField<f64, D>) -> Result<f64, AlignError> + Sync + 'a;
+
 /// Adds the doubts about shapes that are reflected against most of the others. `distances` are those before an
 /// alignment, in the order of the inputs that is given; the first one is compared with the others. Collective.
 ///
@@ -222,14 +226,23 @@ pub(super) fn inspect_reflections<const D: usize>(
 ) -> Result<(), CliError> {
     let compare = |reference: usize, shapes: &[usize]| -> Result<Vec<Likeness>, CliError> {
         let distribution = distribution.of(shapes.len());
-        let found = parallel::try_map(&shapes[distribution.own()], &|&shape: &usize| {
-            let found = Likeness::new(&distances[reference], &distances[shape])?;
-            Ok::<_, CliError>([found.own, found.reflected])
-        })?;
-        let all = distribution.share(&found).into_iter();
-        Ok(all
-            .map(|[own, reflected]| Likeness { own, reflected })
-            .collect())
+        let reference = &distances[reference];
+        let of_all = |mismatch: &Mismatch<D>| -> Result<Vec<[f64; 1]>, CliError> {
+            let found = parallel::try_map(&shapes[distribution.own()], &|&shape: &usize| {
+                mismatch(reference, &distances[shape]).map(|found| [found])
+            });
+            Ok(distribution.share(&found.map_err(super::align::failed)?))
+        };
+        let own = of_all(&|reference, shape| Ok(align_to(reference, shape)?.mismatch))?;
+        // None of those that are all alike is reflected.
+        let reflected = if own.iter().all(|[own]| *own <= MATCHED) {
+            own.clone()
+        } else {
+            of_all(&|reference, shape| reflected_mismatch(reference, shape))?
+        };
+        let both = own.into_iter().zip(reflected);
+        let found = both.map(|([own], [reflected])| Likeness { own, reflected });
+        Ok(found.collect())
     };
     for (place, doubt) in reflected(order.len(), compare)? {
         let input = &mut inputs[order[place]];

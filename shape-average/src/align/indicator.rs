@@ -2,17 +2,16 @@
 
 use fe_grid::vector::axpy;
 use fe_grid::{Field, Grid};
-use levelset::{Compact, LevelsetError, Moments};
+use levelset::{Compact, Continued, LevelsetError, Moments, RigidMotion};
 
 use super::steepness::steepness;
-use levelset::rigid_motion::{RigidMotion, extended};
 
 /// Weight below which a mean counts as unknown.
 const LEAST_WEIGHT: f64 = 1e-3;
 /// One of the components of a shape.
 pub(super) struct Part<'a, const D: usize> {
     /// Its signed distance.
-    pub(super) distance: &'a Field<f64, D, 1>,
+    pub(super) distance: Continued<'a, D>,
     /// The largest rate at which its distance changes.
     pub(super) steepness: f64,
 }
@@ -30,7 +29,7 @@ impl<'a, const D: usize> Masked<'a, D> {
         weight: Option<&'a Field<f64, D, 1>>,
     ) -> Self {
         let parts = components.into_iter().map(|distance| Part {
-            distance,
+            distance: Continued::new(distance),
             steepness: steepness(distance),
         });
         Self {
@@ -84,7 +83,7 @@ impl<const D: usize> Indicator<D> {
                 for (shape, motion) in moved {
                     let x = motion.map_back(y);
                     let weight = shape.weight(&x);
-                    sum += weight * step.value(extended(shape.parts[part].distance, &x));
+                    sum += weight * step.value(shape.parts[part].distance.value(&x));
                     total += weight;
                 }
                 if total > LEAST_WEIGHT {

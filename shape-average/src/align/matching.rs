@@ -1,16 +1,15 @@
 //! The difference of a moved shape from a target, and its minimisation.
 
-use fe_grid::{Field, locate};
-use levelset::{LevelsetError, Moments};
+use levelset::{LevelsetError, Moments, RigidMotion};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::indicator::{Indicator, Masked, Part};
-use levelset::rigid_motion::{RigidMotion, angle_between, extended, plane_rotation};
+use levelset::rigid_motion::{angle_between, plane_rotation};
 
 /// Maximal number of steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;
 /// A refinement ends when a step moves no point by more than this fraction of the spacing.
-const SMALLEST_STEP: f64 = 1e-4;
+const SMALLEST_STEP: f64 = 1e-3;
 
 /// Iterations of re-centring a partially visible shape on the visible part of its target.
 const SETTLING: usize = 3;
@@ -143,30 +142,33 @@ impl<'a, const D: usize> Matching<'a, D> {
         let Part {
             distance,
             steepness,
-        } = self.shape.parts[part];
+        } = &self.shape.parts[part];
+        // From one node of a row to the next.
+        let (h, turned) = (nodes.spacing(), motion.rotation().row(0));
         let row = nodes.nodes_per_axis()[0];
         let half_width = self.target.step.half_width();
-        let most = steepness * nodes.spacing();
+        let most = steepness * h;
         let targets = self.target.parts[part].as_slice();
         for (first, targets) in targets.chunks_exact(row).enumerate() {
             let first = first * row;
-            let mut node = nodes.node(first);
+            let mut y = nodes.position(nodes.node(first));
+            let (begin, from) = (motion.map_back(y), y[0]);
             let (mut known, mut beyond) = (0, 0.0);
             for (i, &target) in targets.iter().enumerate() {
-                node[0] = i;
                 let same = target == if beyond > 0.0 { 1.0 } else { 0.0 };
                 if known > 0 && same {
                     known -= 1;
                     continue;
                 }
-                let y = nodes.position(node);
-                let z = motion.map_back(y);
+                let along = h * i as f64;
+                y[0] = from + along;
+                let z = std::array::from_fn(|k| begin[k] + along * turned[k]);
                 if known > 0 {
                     known -= 1;
                     work(first + i, target, &y, &z, beyond);
                     continue;
                 }
-                let u = extended(distance, &z);
+                let u = distance.value(&z);
                 // Less by far more than what rounding adds.
                 let excess = (1.0 - 1e-9) * u.abs() - half_width;
                 if excess > 0.0 {
@@ -220,8 +222,7 @@ impl<'a, const D: usize> Matching<'a, D> {
     /// from axis `i` to axis `j`. The visibility mask of the shape moves with it; the system
     /// neglects the motion of the mask's edge over the target, the difference includes it.
     fn linearise(&self, pose: &Pose<D>) -> System {
-        let planes = planes::<D>();
-        let mut sums = Sums::zeros(D + planes.len());
+        let mut sums = Sums::<D>::zeros();
         let mut slope = [0.0; MOST_UNKNOWNS];
         let motion = self.motion(pose);
         for (part, own) in self.shape.parts.iter().enumerate() {
@@ -233,12 +234,12 @@ impl<'a, const D: usize> Matching<'a, D> {
                 if rate == 0.0 {
                     return;
                 }
-                let g = pose.rotation * SVector::from(gradient(own.distance, z)) * rate;
+                let g = pose.rotation * SVector::from(own.distance.gradient(z)) * rate;
                 let q = SVector::from(*y) - pose.centre;
                 for k in 0..D {
                     slope[k] = -g[k];
                 }
-                for (k, &(i, j)) in planes.iter().enumerate() {
+                for (k, &(i, j)) in planes::<D>().iter().enumerate() {
                     slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
                 }
                 sums.add(weight, residual, &slope);
@@ -249,8 +250,11 @@ impl<'a, const D: usize> Matching<'a, D> {
 }
 
 /// Planes of rotation: pairs of axes.
-fn planes<const D: usize>() -> Vec<(usize, usize)> {
-    (0..D).flat_map(|j| (0..j).map(move |i| (i, j))).collect()
+const fn planes<const D: usize>() -> &'static [(usize, usize)] {
+    match D {
+        2 => &[(0, 1)],
+        _ => &[(0, 1), (0, 2), (1, 2)],
+    }
 }
 
 /// Returns a pose after a step: shifts along the axes, then rotations in the planes.
@@ -268,19 +272,20 @@ fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
 /// Number of unknowns of a motion in space: shifts and turns.
 const MOST_UNKNOWNS: usize = 6;
 
-/// The sums `sum w r^2`, `J^T w r` and `J^T w J` while nodes are added, for `n` unknowns.
-struct Sums {
-    n: usize,
+/// The sums `sum w r^2`, `J^T w r` and `J^T w J` while nodes are added.
+struct Sums<const D: usize> {
     value: f64,
     rhs: [f64; MOST_UNKNOWNS],
     /// The entries on and below the diagonal.
     matrix: [[f64; MOST_UNKNOWNS]; MOST_UNKNOWNS],
 }
 
-impl Sums {
-    fn zeros(n: usize) -> Self {
+impl<const D: usize> Sums<D> {
+    /// Number of unknowns.
+    const N: usize = D + planes::<D>().len();
+
+    fn zeros() -> Self {
         Self {
-            n,
             value: 0.0,
             rhs: [0.0; MOST_UNKNOWNS],
             matrix: [[0.0; MOST_UNKNOWNS]; MOST_UNKNOWNS],
@@ -288,7 +293,7 @@ impl Sums {
     }
 
     fn add(&mut self, weight: f64, residual: f64, slope: &[f64; MOST_UNKNOWNS]) {
-        for (i, row) in self.matrix.iter_mut().enumerate().take(self.n) {
+        for (i, row) in self.matrix.iter_mut().enumerate().take(Self::N) {
             let weighted = weight * slope[i];
             self.rhs[i] += residual * weighted;
             for (sum, slope) in row.iter_mut().zip(slope).take(i + 1) {
@@ -300,8 +305,8 @@ impl Sums {
     fn system(&self) -> System {
         System {
             value: self.value,
-            rhs: DVector::from_column_slice(&self.rhs[..self.n]),
-            matrix: DMatrix::from_fn(self.n, self.n, |i, j| self.matrix[i.max(j)][i.min(j)]),
+            rhs: DVector::from_column_slice(&self.rhs[..Self::N]),
+            matrix: DMatrix::from_fn(Self::N, Self::N, |i, j| self.matrix[i.max(j)][i.min(j)]),
         }
     }
 }
@@ -329,43 +334,11 @@ impl System {
     }
 }
 
-/// Returns the gradient of the multilinear interpolant; outside the box, where the distance
-/// decreases away from it, only its part tangential to the box.
-fn gradient<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> [f64; D] {
-    let grid = u.grid();
-    let (cell, local) = locate(grid, *x);
-    let (base, strides, extent) = (grid.node_index(cell), grid.strides(), grid.extent());
-    let values = u.as_slice();
-    let mut slope = [0.0; D];
-    for corner in 0..1usize << D {
-        let offset: usize = (0..D).map(|k| (corner >> k & 1) * strides[k]).sum();
-        for (axis, s) in slope.iter_mut().enumerate() {
-            let mut weight = 1.0 / grid.spacing();
-            for k in 0..D {
-                let high = corner >> k & 1 == 1;
-                weight *= match (k == axis, high) {
-                    (true, true) => 1.0,
-                    (true, false) => -1.0,
-                    (false, true) => local[k],
-                    (false, false) => 1.0 - local[k],
-                };
-            }
-            *s += weight * values[base + offset];
-        }
-    }
-    for k in 0..D {
-        if x[k] < 0.0 || x[k] > extent[k] {
-            slope[k] = 0.0;
-        }
-    }
-    slope
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use fe_grid::Grid;
-    use levelset::Compact;
+    use fe_grid::{Field, Grid};
+    use levelset::{Compact, Continued};
 
     /// A ball and a smaller one beside it, as a smooth function that is positive inside.
     fn pair<const D: usize>(grid: Grid<D>, offset: f64) -> Field<f64, D, 1> {
@@ -421,19 +394,27 @@ mod tests {
         for u in shape.as_mut_slice() {
             *u *= factor;
         }
-        let (target, whole) = (indicator(&fixed), whole(&shape));
+        let (target, own) = (indicator(&fixed), whole(&shape));
         let step = target.step;
-        let matching = Matching::new(&target, &whole).unwrap();
+        let matching = Matching::new(&target, &own).unwrap();
+        // So steep that no node is passed over.
+        let mut steep = whole(&shape);
+        steep.parts[0].steepness = f64::INFINITY;
+        let without = Matching::new(&target, &steep).unwrap();
         let mut pose = matching.centred(plane_rotation(0, 1, turn));
         for shift in [0.0, 0.23, 0.9] {
             pose.centre[0] += shift;
             let motion = matching.motion(&pose);
-            let mut plain = 0.0;
+            let (mut plain, mut every) = (0.0, 0.0);
             for (index, target) in target.values().enumerate() {
                 let z = motion.map_back(grid.position(grid.node(index)));
-                plain += (step.value(extended(&shape, &z)) - target).powi(2);
+                plain += (step.value(Continued::new(&shape).value(&z)) - target).powi(2);
             }
-            assert_eq!(matching.difference(&pose).to_bits(), plain.to_bits());
+            without.visit(0, &motion, |_, target, _, _, u| {
+                every += (step.value(u) - target).powi(2);
+            });
+            assert!((every - plain).abs() < 1e-12 * plain);
+            assert_eq!(matching.difference(&pose).to_bits(), every.to_bits());
             let (mut visited, mut active) = (0, 0);
             matching.visit(0, &motion, |_, target, _, _, u| {
                 visited += 1;

@@ -3,7 +3,9 @@
 use fe_grid::{Field, compiled_once, parallel};
 
 use super::matching::Matching;
-use super::{AlignError, Alignment, N_COARSE, RigidMotion, Target, at, checked, distinct, starts};
+use super::{
+    AlignError, Alignment, N_COARSE, RigidMotion, Target, at, checked, distinct, scored, starts,
+};
 
 /// How many of the starts with the least mismatch are refined, relative to the poses that are returned.
 const REFINED: usize = 3;
@@ -29,12 +31,7 @@ fn poses_in<const D: usize>(
     let shapes = checked(&[reference, moving], &[])?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
     let coarse = Matching::new(&target.coarse, &shapes[1]).map_err(|source| at(1, source))?;
-    let mut scored: Vec<_> = starts::rotations(&coarse)
-        .into_iter()
-        .map(|rotation| coarse.centred(rotation))
-        .map(|pose| (coarse.difference(&pose), pose))
-        .collect();
-    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let scored = scored(&coarse);
     let separation = starts::SEPARATION[usize::from(D == 3)];
     let all = distinct(None, &scored, separation, REFINED * N_COARSE);
     let mut refined = parallel::map(all.iter(), &|pose| coarse.refine(pose));

@@ -1,7 +1,7 @@
 //! The mismatch of a reflected shape.
 
 use super::{AlignError, align_to_in};
-use fe_grid::{Field, compiled_once};
+use fe_grid::{Field, compiled_once, parallel};
 
 compiled_once! {
     /// Computes the mismatch of the shape `moving` after its alignment with `reference`, and that of
@@ -31,8 +31,14 @@ fn mismatches_in<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<[f64; 2], AlignError> {
-    let own = align_to_in(reference, moving)?.mismatch;
-    Ok([own, reflected_in(reference, moving)?])
+    let both = parallel::try_map([false, true], &|reflect| {
+        if reflect {
+            reflected_in(reference, moving)
+        } else {
+            Ok(align_to_in(reference, moving)?.mismatch)
+        }
+    })?;
+    Ok([both[0], both[1]])
 }
 
 fn reflected_in<const D: usize>(

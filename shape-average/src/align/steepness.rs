@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use fe_grid::Grid;
     use fe_grid::random::SplitMix64;
-    use levelset::rigid_motion::extended;
+    use levelset::Continued;
 
     fn check<const D: usize>(n: usize) {
         let mut random = SplitMix64::new(7);
@@ -78,12 +78,12 @@ mod tests {
             [0.3 - r2.sqrt()]
         });
         for u in [&noise, &ball] {
-            let most = steepness(u);
+            let (most, continued) = (steepness(u), Continued::new(u));
             for _ in 0..20_000 {
                 let x: [f64; D] = std::array::from_fn(|_| 2.0 * random.uniform() - 0.5);
                 let y: [f64; D] = std::array::from_fn(|k| x[k] + 0.02 * (random.uniform() - 0.5));
                 let length: f64 = (0..D).map(|k| (x[k] - y[k]).powi(2)).sum::<f64>().sqrt();
-                let change = (extended(u, &x) - extended(u, &y)).abs();
+                let change = (continued.value(&x) - continued.value(&y)).abs();
                 assert!(change <= most * length * (1.0 + 1e-12));
             }
         }
