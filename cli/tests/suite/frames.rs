@@ -92,8 +92,10 @@ fn one_object_in_all_orientations_has_one_boundary() {
     };
     // The same samples in another order: rounding of coordinates of the box.
     assert!(largest(&grey) < 1e-12);
+    // Every seventh has all orders of axes and all directions among them.
     let white: Vec<Image<3>> = grey
         .iter()
+        .step_by(7)
         .map(|image| {
             let above = |value: f64| u8::from(value > 0.5);
             let values: Vec<u8> = image.values.iter().map(above).collect();
@@ -241,7 +243,7 @@ fn modes_scores_and_distances_do_not_depend_on_the_lattice() {
         run_all(
             &[
                 &["distances"],
-                three,
+                &names[..2],
                 &common,
                 &["-K", "1", "-o", &out("distances")],
             ]
@@ -254,7 +256,6 @@ fn modes_scores_and_distances_do_not_depend_on_the_lattice() {
             results("score").numbers("/scores/0"),
             vec![results("geodesic").number("/length")],
             row(0),
-            row(1),
         ]);
     }
     println!("{found:.4?}");

@@ -272,7 +272,10 @@ fn the_end_of_the_memory_is_reported() {
     let first = (20_000..400_000).step_by(4_000).find(starts).unwrap();
     let mut ends = [0; 2];
     for limit in (first..first + 120_000).step_by(6_000) {
-        let run = limited(limit, "average bars --grid 33 --threads 2 -o out");
+        let run = limited(
+            limit,
+            "average bars --grid 33 --max-iterations 2 --threads 2 -o out",
+        );
         let report = String::from_utf8_lossy(&run.stderr).into_owned();
         match run.status.code() {
             Some(0 | 3) => {

@@ -68,7 +68,7 @@ fn dumbbell<const D: usize>(length: f64, radii: [f64; 2], x: [f64; D]) -> f64 {
 
 /// The larger balls come to lie on one side, in whatever order the shapes are given, though a
 /// reference with equal balls fits both ways.
-fn check_dumbbells<const D: usize>(nodes: usize) {
+fn check_dumbbells<const D: usize>(nodes: usize, orders: &[[usize; 4]]) {
     let grid = Grid::<D>::cube(nodes);
     let dumbbells = [
         (0.22, [0.14, 0.10]),
@@ -81,7 +81,7 @@ fn check_dumbbells<const D: usize>(nodes: usize) {
         signed_distance(&field, 0.0).unwrap()
     };
     let equal = of((0.2, [0.12, 0.12]));
-    for order in [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 0, 1, 2]] {
+    for order in orders {
         let shapes = order.map(|i: usize| of(dumbbells[i]));
         let list: Vec<_> = std::iter::once(&equal).chain(&shapes).collect();
         let found = align_group(&list).unwrap();
@@ -98,8 +98,11 @@ fn check_dumbbells<const D: usize>(nodes: usize) {
 
 #[test]
 fn a_symmetric_reference_does_not_turn_others_against_each_other() {
-    check_dumbbells::<2>(65);
-    check_dumbbells::<3>(33);
+    check_dumbbells::<2>(
+        65,
+        &[[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 0, 1, 2]],
+    );
+    check_dumbbells::<3>(33, &[[0, 1, 2, 3], [3, 0, 1, 2]]);
 }
 
 /// A disk of three labelled parts, turned: its outline says nothing, its labels all.

@@ -67,7 +67,7 @@ fn the_remaining_energy_is_estimated_in_3d() {
     let shapes: Vec<_> = (0..3)
         .map(|i| {
             let i = f64::from(i);
-            ellipsoid(Grid::<3>::dyadic(4), [0.3, 0.15 + 0.04 * i, 0.2], 0.4 * i)
+            ellipsoid(Grid::<3>::dyadic(4), [0.28, 0.18 + 0.03 * i, 0.2], 0.25 * i)
         })
         .collect();
     check("ellipsoids", &shapes, &AverageParams::default());
