@@ -1,17 +1,20 @@
 //! What every law must satisfy, on random deformations, in 2D and 3D.
 
+use crate::common::law::{Law, PolyconvexLaw};
 use crate::common::*;
 use fe_grid::{Tensor, tensor};
-use hyperelastic::{PolyconvexForm, StoredEnergy, ViscousDissipation, cauchy_stress};
+use hyperelastic::{ViscousDissipation, cauchy_stress};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
+use std::any::Any;
+use std::fmt::Debug;
 
 const FAILURES: &str = "proptest-regressions/properties.txt";
 
 type Outcome = Result<(), TestCaseError>;
 
 /// Size of all that enters the value and the derivatives at a state: what rounding is relative to.
-fn magnitude<W: StoredEnergy<D>, const D: usize>(law: &W, h: &Matrix<D>) -> f64 {
+fn magnitude<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>) -> f64 {
     let tangent: f64 = units::<D>()
         .iter()
         .map(|e| norm(&law.hessian_action(h, e)))
@@ -21,11 +24,7 @@ fn magnitude<W: StoredEnergy<D>, const D: usize>(law: &W, h: &Matrix<D>) -> f64 
 }
 
 /// `W(QA) = W(A)`, and `W_,A(QA) = Q W_,A(A)`.
-fn frame_indifference<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
-    h: &Matrix<D>,
-    q: &Matrix<D>,
-) -> Outcome {
+fn frame_indifference<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>, q: &Matrix<D>) -> Outcome {
     let turned = minus_identity(&tensor::product(q, &tensor::add_identity(h)));
     let ((w, p), (w_turned, p_turned)) = (law.gradient(h), law.gradient(&turned));
     // Rounding of the product, amplified by the derivatives.
@@ -36,7 +35,7 @@ fn frame_indifference<W: StoredEnergy<D>, const D: usize>(
 }
 
 /// `W(AQ) = W(A)`, and `W_,A(AQ) = W_,A(A) Q`.
-fn isotropy<W: StoredEnergy<D>, const D: usize>(law: &W, h: &Matrix<D>, q: &Matrix<D>) -> Outcome {
+fn isotropy<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>, q: &Matrix<D>) -> Outcome {
     let turned = minus_identity(&tensor::product(&tensor::add_identity(h), q));
     let ((w, p), (w_turned, p_turned)) = (law.gradient(h), law.gradient(&turned));
     let tolerance = 1e-13 * magnitude(law, h);
@@ -46,8 +45,8 @@ fn isotropy<W: StoredEnergy<D>, const D: usize>(law: &W, h: &Matrix<D>, q: &Matr
 }
 
 /// Zero energy and stress on rotations, positive energy elsewhere.
-fn minimum_on_rotations<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
+fn minimum_on_rotations<const D: usize>(
+    law: &dyn Law<D>,
     q: &Matrix<D>,
     stretches: &[f64; 3],
     a: &Matrix<D>,
@@ -68,14 +67,14 @@ fn minimum_on_rotations<W: StoredEnergy<D>, const D: usize>(
 }
 
 /// At the identity the value and the stress are exactly zero, in every law that is stress free.
-fn zero_at_identity<W: StoredEnergy<D>, const D: usize>(law: &W) {
+fn zero_at_identity<const D: usize>(law: &dyn Law<D>) {
     let (value, stress) = law.gradient(&tensor::zero::<f64, D>());
     assert_eq!((value, norm(&stress)), (0.0, 0.0));
     assert_eq!(law.value(&tensor::zero::<f64, D>()), 0.0);
 }
 
 /// `W_,AA(1)[B] : B = 2 diss[B]` and `W_,AA(1)[B]` is the viscous stress.
-fn lemma_6_4<W: StoredEnergy<D>, const D: usize>(law: &W, b: &Matrix<D>) -> Outcome {
+fn lemma_6_4<const D: usize>(law: &dyn Law<D>, b: &Matrix<D>) -> Outcome {
     let viscous = ViscousDissipation {
         moduli: law.moduli(),
     };
@@ -91,8 +90,8 @@ fn lemma_6_4<W: StoredEnergy<D>, const D: usize>(law: &W, b: &Matrix<D>) -> Outc
 }
 
 /// `W_,AA(A)[B] : C = W_,AA(A)[C] : B`.
-fn symmetry<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
+fn symmetry<const D: usize>(
+    law: &dyn Law<D>,
     h: &Matrix<D>,
     b: &Matrix<D>,
     c: &Matrix<D>,
@@ -105,8 +104,8 @@ fn symmetry<W: StoredEnergy<D>, const D: usize>(
 
 /// Root of the sum of squares, over some directions of full rank, of what the Taylor polynomials of the value
 /// (first and second order) and of the stress (first order) leave over at a step.
-fn taylor_errors<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
+fn taylor_errors<const D: usize>(
+    law: &dyn Law<D>,
     h: &Matrix<D>,
     directions: &[Matrix<D>],
     t: f64,
@@ -132,8 +131,8 @@ fn taylor_errors<W: StoredEnergy<D>, const D: usize>(
 /// The next term of the series changes the slopes by some `t |W'''| / |W''|`, a few per cent. Where the
 /// leading term happens to be small it is more, and a quarter of the step must do; with a wrong
 /// derivative the slopes are smaller by one at all steps.
-fn taylor_slopes<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
+fn taylor_slopes<const D: usize>(
+    law: &dyn Law<D>,
     h: &Matrix<D>,
     directions: &[Matrix<D>],
 ) -> Outcome {
@@ -157,7 +156,7 @@ fn taylor_slopes<W: StoredEnergy<D>, const D: usize>(
 }
 
 /// One policy: the value is infinite and the stress is not a number.
-fn infinite_where_folded<W: StoredEnergy<D>, const D: usize>(law: &W, h: &Matrix<D>) -> Outcome {
+fn infinite_where_folded<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>) -> Outcome {
     let mut folded = tensor::add_identity(h);
     for x in &mut folded[0] {
         *x = -*x;
@@ -191,11 +190,7 @@ fn wide<const D: usize>(a: &Tensor<f32, D>) -> Matrix<D> {
 }
 
 /// Single precision gives the double precision result of the same (rounded) arguments.
-fn single_precision<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
-    h: &Matrix<D>,
-    b: &Matrix<D>,
-) -> Outcome {
+fn single_precision<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>, b: &Matrix<D>) -> Outcome {
     let (h32, b32) = (narrow(h), narrow(b));
     let (h, b) = (wide(&h32), wide(&b32));
     let (value, stress) = law.gradient(&h);
@@ -220,10 +215,7 @@ fn single_precision<W: StoredEnergy<D>, const D: usize>(
 /// Value and stress at strains of 1e-6, against integrals of the tangent, which is of order one:
 /// `W(h) = int (1-t) W''(th)[h]:h dt`, `P(h) = int W''(th)[h] dt`. One-point rules, at 1/3 and 1/2,
 /// leave a relative error of the order of 1e-12 times the ratio of fourth to second derivatives.
-fn small_strains_keep_digits<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
-    b: &Matrix<D>,
-) -> Outcome {
+fn small_strains_keep_digits<const D: usize>(law: &dyn Law<D>, b: &Matrix<D>) -> Outcome {
     let symmetric = norm(&tensor::symmetric_part(b));
     prop_assume!(symmetric > 0.3 * norm(b) && symmetric > 1e-2);
     let h = tensor::scale(b, 1e-6 / norm(b));
@@ -240,11 +232,7 @@ fn small_strains_keep_digits<W: StoredEnergy<D>, const D: usize>(
 }
 
 /// The Cauchy stress is symmetric (balance of angular momentum) and turns with the frame.
-fn cauchy_is_symmetric<W: StoredEnergy<D>, const D: usize>(
-    law: &W,
-    h: &Matrix<D>,
-    q: &Matrix<D>,
-) -> Outcome {
+fn cauchy_is_symmetric<const D: usize>(law: &dyn Law<D>, h: &Matrix<D>, q: &Matrix<D>) -> Outcome {
     let at = |h: &Matrix<D>| cauchy_stress(h, &law.gradient(h).1);
     let sigma = at(h);
     let scale = 1e-12 * magnitude(law, h) / tensor::determinant(&tensor::add_identity(h));
@@ -260,8 +248,8 @@ fn cauchy_is_symmetric<W: StoredEnergy<D>, const D: usize>(
 
 /// The form in independent arguments is the law on matrices, and convex along segments that leave
 /// them.
-fn polyconvexity<W: PolyconvexForm<D>, const D: usize>(
-    law: &W,
+fn polyconvexity<const D: usize>(
+    law: &dyn PolyconvexLaw<D>,
     h: &Matrix<D>,
     ends: &[(Matrix<D>, Matrix<D>, f64); 2],
     t: f64,
@@ -297,9 +285,22 @@ fn independent<const D: usize>() -> impl Strategy<Value = (Matrix<D>, Matrix<D>,
         .prop_map(|(a, c, e)| (tensor::scale(&a, 3.0), tensor::scale(&c, 3.0), e.exp()))
 }
 
-/// Tries a property on values of a strategy. The property is no type parameter: proptest's machinery
-/// would be compiled for each of two hundred, for minutes.
-fn check<S: Strategy>(strategy: &S, property: &dyn Fn(S::Value) -> Outcome) {
+/// What a strategy has made, of any type.
+trait Made: Any + Debug {}
+
+impl<T: Any + Debug> Made for T {}
+
+/// Tries a property on values of a strategy. Neither is a type parameter of proptest's machinery, which is large
+/// and would be compiled for each property.
+fn check<S: Strategy + 'static>(strategy: S, property: &dyn Fn(S::Value) -> Outcome) {
+    let hidden = strategy.prop_map(|value| -> Box<dyn Made> { Box::new(value) });
+    run(&hidden.boxed(), &|value| {
+        let value: Box<dyn Any> = value;
+        property(*value.downcast().expect("made by this strategy"))
+    });
+}
+
+fn run(strategy: &BoxedStrategy<Box<dyn Made>>, property: &dyn Fn(Box<dyn Made>) -> Outcome) {
     let mut runner = TestRunner::new(config(FAILURES));
     if let Err(error) = runner.run(strategy, property) {
         panic!("{error}");
@@ -316,30 +317,30 @@ macro_rules! smooth_law {
         #[test]
         fn satisfies_lemma_6_4() {
             let law = $law::<$d>();
-            check(&direction::<$d>(), &|b| lemma_6_4(&law, &b));
+            check(direction::<$d>(), &|b| lemma_6_4(&law, &b));
         }
         #[test]
         fn has_symmetric_hessian() {
             let law = $law::<$d>();
             let states = (admissible::<$d>(), direction::<$d>(), direction::<$d>());
-            check(&states, &|(h, b, c)| symmetry(&law, &h, &b, &c));
+            check(states, &|(h, b, c)| symmetry(&law, &h, &b, &c));
         }
         #[test]
         fn has_taylor_slopes() {
             let law = $law::<$d>();
             let states = (moderate::<$d>(), prop::array::uniform6(direction::<$d>()));
-            check(&states, &|(h, b)| taylor_slopes(&law, &h, &b));
+            check(states, &|(h, b)| taylor_slopes(&law, &h, &b));
         }
         #[test]
         fn agrees_in_single_precision() {
             let law = $law::<$d>();
             let states = (admissible::<$d>(), direction::<$d>());
-            check(&states, &|(h, b)| single_precision(&law, &h, &b));
+            check(states, &|(h, b)| single_precision(&law, &h, &b));
         }
         #[test]
         fn keeps_digits_of_small_strains() {
             let law = $law::<$d>();
-            check(&direction::<$d>(), &|b| small_strains_keep_digits(&law, &b));
+            check(direction::<$d>(), &|b| small_strains_keep_digits(&law, &b));
         }
     };
 }
@@ -352,39 +353,39 @@ macro_rules! finite_strain_law {
         fn is_frame_indifferent() {
             let law = $law::<$d>();
             let states = (admissible::<$d>(), any_rotation::<$d>());
-            check(&states, &|(h, q)| frame_indifference(&law, &h, &q));
+            check(states, &|(h, q)| frame_indifference(&law, &h, &q));
         }
         #[test]
         fn is_isotropic() {
             let law = $law::<$d>();
             let states = (admissible::<$d>(), any_rotation::<$d>());
-            check(&states, &|(h, q)| isotropy(&law, &h, &q));
+            check(states, &|(h, q)| isotropy(&law, &h, &q));
         }
         #[test]
         fn has_its_minimum_on_rotations() {
             let law = $law::<$d>();
             let states = (any_rotation::<$d>(), stretched::<$d>(0.3, 2.5));
-            check(&states, &|(q, (s, a))| {
+            check(states, &|(q, (s, a))| {
                 minimum_on_rotations(&law, &q, &s, &a)
             });
         }
         #[test]
         fn is_infinite_where_folded() {
             let law = $law::<$d>();
-            check(&admissible::<$d>(), &|h| infinite_where_folded(&law, &h));
+            check(admissible::<$d>(), &|h| infinite_where_folded(&law, &h));
         }
         #[test]
         fn has_symmetric_cauchy_stress() {
             let law = $law::<$d>();
             let states = (admissible::<$d>(), any_rotation::<$d>());
-            check(&states, &|(h, q)| cauchy_is_symmetric(&law, &h, &q));
+            check(states, &|(h, q)| cauchy_is_symmetric(&law, &h, &q));
         }
         #[test]
         fn is_polyconvex() {
             let law = $law::<$d>();
             let pair = (independent::<$d>(), independent::<$d>());
             let states = (admissible::<$d>(), pair, 0.0f64..1.0);
-            check(&states, &|(h, (first, second), t)| {
+            check(states, &|(h, (first, second), t)| {
                 polyconvexity(&law, &h, &[first, second], t)
             });
         }

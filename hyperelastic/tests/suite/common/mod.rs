@@ -1,5 +1,7 @@
 //! Matrices, random deformations and laws shared by the tests.
 
+pub mod law;
+
 use fe_grid::{Tensor, tensor};
 use hyperelastic::{
     Inverse, LameModuli, LinearElasticity, LogDet, LogDetBarrier, Power, PowerCoefficients,
