@@ -4,6 +4,7 @@
 //!   [`MAX_LINES`].
 //! - No code is unfinished or switched off ([`FORBIDDEN`]).
 //! - No crate but `fe-grid` has unsafe code ([`FORBIDS`]).
+//! - A library whose manifest says that it has no unit tests has none ([`UNIT_TESTS`]): they would never run.
 //! - Calls that may panic ([`PANICS`]) are allowed in tests, benchmarks and examples only, or with
 //!   a comment that explains why they cannot.
 //! - Crates depend on each other only as in the table of `ARCHITECTURE.md`.
@@ -35,6 +36,8 @@ const ROOTS: [&str; 2] = ["src/lib.rs", "src/main.rs"];
 const FORBIDS: &str = "#![forbid(unsafe_code)]";
 /// The only crate with unsafe code.
 const UNSAFE_CRATE: &str = "fe-grid";
+/// What unit tests are made of.
+const UNIT_TESTS: [&str; 2] = ["cfg(test)", "#[test]"];
 /// Calls that need a reason outside tests.
 const PANICS: [&str; 2] = [".unwrap()", ".expect("];
 /// Folders of a crate in which a panic is a failed test.
@@ -113,7 +116,11 @@ fn check(root: &Path) -> io::Result<Vec<Finding>> {
         for source in sources {
             let path = source.strip_prefix(root).unwrap_or(&source);
             let inside = path.strip_prefix(&member.folder).unwrap_or(path);
-            findings.extend(check_source(path, inside, &read(path)?));
+            let text = read(path)?;
+            findings.extend(check_source(path, inside, &text));
+            if member.has_no_unit_tests() && inside.starts_with("src") {
+                findings.extend(check_no_unit_tests(path, &text));
+            }
         }
     }
     Ok(findings)
@@ -184,6 +191,20 @@ fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
     findings
 }
 
+/// Finds unit tests in a file of a library that is not compiled for them.
+fn check_no_unit_tests(path: &Path, text: &str) -> Vec<Finding> {
+    let code = blanked(text);
+    let found = |line: &str| UNIT_TESTS.iter().any(|word| line.contains(word));
+    let lines = code.lines().enumerate().filter(|(_, line)| found(line));
+    lines
+        .map(|(i, _)| Finding {
+            path: path.into(),
+            line: Some(i + 1),
+            message: "a unit test that never runs: the library has `test = false`".into(),
+        })
+        .collect()
+}
+
 /// Whether a line has a comment; documentation does not count.
 fn has_comment(line: &str) -> bool {
     line.match_indices("//").any(|(i, _)| {
@@ -226,6 +247,17 @@ mod tests {
             let quoted = format!("//! Doc.\nconst S: &str = \"{word}\"; // {word}\n");
             assert!(messages("a/src/b.rs", &quoted).is_empty(), "{word}");
         }
+    }
+
+    #[test]
+    fn unit_tests_that_never_run_are_found() {
+        let lines = |text: &str| {
+            let findings = check_no_unit_tests(Path::new("a/src/b.rs"), text);
+            findings.iter().map(|f| f.line).collect::<Vec<_>>()
+        };
+        assert!(lines("//! Has no #[test].\nfn f() {}\n").is_empty());
+        let text = "//! Doc.\n#[cfg(test)]\nmod tests {\n    #[test]\n    fn f() {}\n}\n";
+        assert_eq!(lines(text), [Some(2), Some(4)]);
     }
 
     #[test]

@@ -30,16 +30,16 @@
 
 mod error;
 pub mod experiments;
-mod order;
+pub mod order;
 pub mod outcome;
 pub mod plot;
 pub mod record;
 pub mod report;
 mod run;
-mod select;
+pub mod select;
 mod statement;
 pub mod table;
-mod tools;
+pub mod tools;
 pub mod verdict;
 
 pub use error::{ExperimentError, UnknownStatement, VerifyError};

@@ -38,7 +38,10 @@ fn plot(statement: &StatementRecord) -> Option<Result<Plot, ChartError>> {
 }
 
 /// Markers for the errors, and for each line a dashed one of the expected slope through the finest.
-fn convergence(title: &str, steps: &str, lines: &[&LineRecord]) -> Result<String, ChartError> {
+///
+/// # Errors
+/// The error of the plotting library.
+pub fn convergence(title: &str, steps: &str, lines: &[&LineRecord]) -> Result<String, ChartError> {
     let slopes = lines.iter().enumerate().filter_map(|(k, line)| {
         let &(x, y) = finest(&line.points)?;
         let far = line.points.iter().map(|p| p.0).fold(x, f64::max);
@@ -85,27 +88,5 @@ fn step(x: f64) -> String {
             .into()
     } else {
         format!("{x:.0e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn markers_and_names_are_there_and_nothing_makes_a_plot_too() {
-        let errors = LineRecord {
-            label: "Diss".into(),
-            axis: "step".into(),
-            order: 2.0,
-            points: vec![(0.1, 1e-2), (0.05, 2.5e-3), (0.025, 6e-4)],
-        };
-        let text = convergence("balls", "step", &[&errors]).unwrap();
-        // One of them stands in the legend.
-        assert_eq!(text.matches("<circle").count(), 3 + 1);
-        for word in ["balls", "step", "Diss", "dashed: 2)"] {
-            assert!(text.contains(word), "{word}");
-        }
-        assert!(convergence("none", "step", &[]).is_ok());
     }
 }

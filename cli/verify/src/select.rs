@@ -41,7 +41,7 @@ fn nearest(all: &[Statement], name: &str) -> Vec<&'static str> {
 }
 
 /// Number of letters to change, insert or delete between two words (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
+pub fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.chars().enumerate() {
@@ -54,29 +54,4 @@ fn distance(a: &str, b: &str) -> usize {
         }
     }
     row[b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::experiments;
-
-    #[test]
-    fn names_and_themes_select() {
-        let all = experiments::all();
-        let one = select(all.clone(), &["dissipation-balls-2d".to_owned()]).unwrap();
-        assert_eq!(one.len(), 1);
-        let theme = select(all.clone(), &["dissipation".to_owned()]).unwrap();
-        assert!(theme.len() > 2);
-        assert_eq!(select(all.clone(), &[]).unwrap().len(), all.len());
-        // A part of a word is no theme.
-        assert!(select(all, &["dissip".to_owned()]).is_err());
-    }
-
-    #[test]
-    fn an_unknown_name_is_told_its_neighbours() {
-        let error = select(experiments::all(), &["disipation-bals-2d".to_owned()]).unwrap_err();
-        assert!(error.near.contains(&"dissipation-balls-2d"), "{error}");
-        assert_eq!(distance("kitten", "sitting"), 3);
-    }
 }

@@ -47,6 +47,11 @@ impl Member {
         let name = package.iter().find(|(key, _)| *key == "name");
         name.map_or("", |(_, value)| value.trim_matches('"'))
     }
+
+    /// Whether no unit tests of its library are compiled.
+    pub fn has_no_unit_tests(&self) -> bool {
+        entries(&self.manifest, |section| section == "lib").contains(&("test", "false"))
+    }
 }
 
 /// The folders of the crates of the workspace.
@@ -179,6 +184,20 @@ mod tests {
         let uses = |section: &str| format!("{package}[{section}]\ncrate-test-support = \"1\"\n");
         assert!(check("low", &uses("dev-dependencies")).is_empty());
         assert_eq!(check("low", &uses("dependencies")).len(), 1);
+    }
+
+    #[test]
+    fn a_library_may_have_no_unit_tests() {
+        let without = |rest: &str| {
+            let member = Member {
+                folder: "low".into(),
+                manifest: manifest("low", rest),
+            };
+            member.has_no_unit_tests()
+        };
+        assert!(without("[lib]\n# Why.\ntest = false\n"));
+        assert!(!without("[lib]\nbench = false\n"));
+        assert!(!without("[[bench]]\ntest = false\n"));
     }
 
     #[test]

@@ -31,24 +31,3 @@ pub fn lens(radii: [f64; 2], distance: f64) -> f64 {
     let part = |r: f64, a: f64| r * r * (a / r).acos() - a * (r * r - a * a).sqrt();
     part(r, a) + part(s, b)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::f64::consts::PI;
-
-    #[test]
-    fn lenses_of_close_disks_are_nearly_disks() {
-        assert!((lens([0.3, 0.3], 1e-6) - 0.09 * PI).abs() < 1e-6);
-        // One disk inside the other but for touching it.
-        assert!((lens([0.3, 0.2], 0.1 + 1e-12) - 0.04 * PI).abs() < 1e-5);
-    }
-
-    #[test]
-    fn distances_of_rectangles_are_positive_inside() {
-        let u = rectangle(Grid::dyadic(3), [0.25; 2], [0.75; 2]);
-        assert_eq!(u.sample([0.5, 0.5])[0], 0.25);
-        assert_eq!(u.sample([0.0, 0.5])[0], -0.25);
-        assert!((u.sample([0.0, 0.0])[0] + 0.25 * 2f64.sqrt()).abs() < 1e-15);
-    }
-}

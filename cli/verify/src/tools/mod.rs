@@ -1,12 +1,12 @@
 //! What several experiments need: laws at a point, random matrices, quadrature.
 
-pub mod averages;
+pub(crate) mod averages;
 pub mod curves;
-pub mod derivatives;
-pub mod ellipses;
-pub mod fields;
-pub mod matrices;
-pub mod pointwise;
+pub(crate) mod derivatives;
+pub(crate) mod ellipses;
+pub(crate) mod fields;
+pub(crate) mod matrices;
+pub(crate) mod pointwise;
 pub mod quadrature;
-pub mod search;
-pub mod shapes;
+pub(crate) mod search;
+pub(crate) mod shapes;

@@ -79,20 +79,3 @@ pub fn disk(n: usize, radius: f64) -> Vec<([f64; 2], f64)> {
 pub fn around(n: usize, f: impl Fn(f64) -> f64) -> f64 {
     (0..n).map(|k| f(TAU * k as f64 / n as f64)).sum::<f64>() * TAU / n as f64
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn polynomials_are_exact() {
-        let rule = Rule::gauss(5, -1.0, 2.0);
-        // x^9 from -1 to 2.
-        assert!((rule.integral(|x| x.powi(9)) - (1024.0 - 1.0) / 10.0).abs() < 1e-10);
-        let fine = Rule::composite(3, 4, 0.0, 1.0);
-        assert!((fine.integral(f64::exp) - (1f64.exp() - 1.0)).abs() < 1e-11);
-        let moment: f64 = disk(6, 0.5).iter().map(|([x, _], w)| w * x * x).sum();
-        assert!((moment - PI * 0.5f64.powi(4) / 4.0).abs() < 1e-14);
-        assert!((around(8, |t| t.cos().powi(2)) - PI).abs() < 1e-14);
-    }
-}
