@@ -13,7 +13,9 @@ use crate::level::{LevelShapes, shape};
 use crate::params::{AverageParams, Precision};
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Buffer, Distribution, Element, Grid, GridError, LinearOperator, locate, parallel};
+use fe_grid::{
+    Buffer, Distribution, Element, Grid, GridError, LinearOperator, compiled_once, locate, parallel,
+};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 
 /// How many times the spacing of the grid of common motions is doubled.
@@ -49,10 +51,30 @@ enum Places {
 /// A place in a grid: the first node of a cell, and the coordinates there.
 type Place<const D: usize> = (usize, [f64; D]);
 
+compiled_once! {
+    fn metric_of_motions<'a, D>(
+        shapes: &'a LevelShapes<D>,
+        params: &'a AverageParams,
+        weights: &'a [f64],
+        x: &'a [f64],
+        regularisation: f64,
+    ) -> Result<CommonMotion<D>, GridError> = CommonMotion::at;
+}
+
 impl<const D: usize> CommonMotion<D> {
     /// Computes the metric at displacements, for given weights of the elastic energies of all shapes and a
     /// regularisation relative to their shear modulus times the weights.
     pub fn new(
+        shapes: &LevelShapes<D>,
+        params: &AverageParams,
+        weights: &[f64],
+        x: &[f64],
+        regularisation: f64,
+    ) -> Result<Self, GridError> {
+        metric_of_motions(shapes, params, weights, x, regularisation)
+    }
+
+    fn at(
         shapes: &LevelShapes<D>,
         params: &AverageParams,
         weights: &[f64],

@@ -25,7 +25,7 @@ use fe_grid::coupling::{Variation, field_derivative_change};
 use fe_grid::minimise::{Comparison, NewtonCgParams, SecondOrder};
 use fe_grid::scatter::Source;
 use fe_grid::vector::{axpy, change_in_double, in_double, scale};
-use fe_grid::{Assembly, Data, Element, parallel};
+use fe_grid::{Assembly, Data, Element, compiled_once, parallel};
 use phasefield::Masked;
 
 /// Relative accuracy of the change of the average: well below that of the model.
@@ -42,6 +42,29 @@ struct Expansion<'a> {
     average: &'a [f64],
     gradient: Vec<f64>,
     change: Vec<f64>,
+}
+
+compiled_once! {
+    /// Computes the rows of one shape, for a state and a direction of it.
+    fn rows_of_shape<'a, D>(
+        objective: &'a AverageObjective<D>,
+        shape: usize,
+        states: (&'a [f64], &'a [f64]),
+        expansions: &'a [Expansion<'a>],
+        out: &'a mut [f64],
+    ) = AverageObjective::shape_hessian;
+}
+
+compiled_once! {
+    /// Computes the change of the load of a component of the average by one shape, for a state and a direction of
+    /// it, and the nodal gradient of the component.
+    fn load_change<'a, D>(
+        objective: &'a AverageObjective<D>,
+        component: usize,
+        shape: usize,
+        states: (&'a [f64], &'a [f64]),
+        gradient: &'a [f64],
+    ) -> Vec<f64> = AverageObjective::load_change;
 }
 
 impl<const D: usize> SecondOrder for AverageObjective<D> {
@@ -85,7 +108,7 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
             let direction = in_double(shape(direction, i, dim));
             let states = (shape(x, i, dim), &*direction);
             change_in_double(out, |out| {
-                this.shape_hessian(i, states, &expansions, out);
+                rows_of_shape(this, i, states, &expansions, out);
             });
         };
         let parts = out.chunks_exact_mut(dim).enumerate();
@@ -135,34 +158,14 @@ impl<const D: usize> AverageObjective<D> {
     ) -> Result<Vec<f64>, AverageError> {
         let dim = self.shape_dim();
         let n = self.grid().n_nodes();
-        let grid = self.grid();
-        let average = &self.average[component * n..(component + 1) * n];
-        let (rule, average) = (self.mismatch_rule(1.0), Interpolant::new(*grid, average));
-        let distribution = self.shapes.distribution();
-        let shares = &self.weights.shares[distribution.own()];
-        let mut loads: Vec<Vec<f64>> = Vec::with_capacity(shares.len());
-        for (i, weight) in shares.iter().enumerate() {
-            let coefficients = self.shapes.match_coefficients(i, component);
+        let this = &*self;
+        let of_shape = |i: usize| {
             let direction = in_double(shape(direction, i, dim));
-            let variation = Variation {
-                source: Source {
-                    displacement: shape(x, i, dim),
-                    coefficients: &coefficients,
-                    weight: *weight,
-                },
-                direction: &direction,
-            };
-            let mut load = vec![0.0; n];
-            if self.shapes.seen().is_empty() {
-                let model = SmoothMatching::new(rule, average, gradient);
-                field_derivative_change(grid, &model, &variation, &mut load);
-            } else {
-                let model = SmoothMatching::new(Masked(rule), average, gradient);
-                field_derivative_change(grid, &model, &variation, &mut load);
-            }
-            loads.push(load);
-        }
-        let mut load = distribution.sum_vectors(&loads, n);
+            let states = (shape(x, i, dim), &*direction);
+            load_change(this, component, i, states, gradient)
+        };
+        let loads: Vec<Vec<f64>> = (0..self.shapes.n_own()).map(of_shape).collect();
+        let mut load = self.shapes.distribution().sum_vectors(&loads, n);
         // The matrix is half the second derivative.
         scale(-0.5, &mut load);
         let mut change = vec![0.0; n];
@@ -172,7 +175,37 @@ impl<const D: usize> AverageObjective<D> {
         Ok(change)
     }
 
-    /// Computes the rows of one shape, for a state and a direction of it.
+    fn load_change(
+        &self,
+        component: usize,
+        shape: usize,
+        (displacement, direction): (&[f64], &[f64]),
+        gradient: &[f64],
+    ) -> Vec<f64> {
+        let grid = self.grid();
+        let n = grid.n_nodes();
+        let average = &self.average[component * n..(component + 1) * n];
+        let (rule, average) = (self.mismatch_rule(1.0), Interpolant::new(*grid, average));
+        let coefficients = self.shapes.match_coefficients(shape, component);
+        let variation = Variation {
+            source: Source {
+                displacement,
+                coefficients: &coefficients,
+                weight: self.share(shape),
+            },
+            direction,
+        };
+        let mut load = vec![0.0; n];
+        if self.shapes.seen().is_empty() {
+            let model = SmoothMatching::new(rule, average, gradient);
+            field_derivative_change(grid, &model, &variation, &mut load);
+        } else {
+            let model = SmoothMatching::new(Masked(rule), average, gradient);
+            field_derivative_change(grid, &model, &variation, &mut load);
+        }
+        load
+    }
+
     fn shape_hessian(
         &self,
         shape: usize,

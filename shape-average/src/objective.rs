@@ -109,6 +109,22 @@ compiled_once! {
     ) -> Result<Evaluation, AverageError> = AverageObjective::evaluate_in;
 }
 
+compiled_once! {
+    fn solve_for_average<'a, D>(
+        objective: &'a mut AverageObjective<D>,
+        x: &'a [f64],
+    ) -> Result<(), GridError> = AverageObjective::solve_average_in;
+}
+
+compiled_once! {
+    fn metric_of_shape<'a, D>(
+        objective: &'a AverageObjective<D>,
+        shape: usize,
+        average: &'a [f64],
+        displacement: &'a [f64],
+    ) -> Result<ShapeMetric<D>, GridError> = AverageObjective::shape_metric_in;
+}
+
 impl<const D: usize> AverageObjective<D> {
     /// Creates the functional for shapes on a level, with an initial guess of the average, component by
     /// component.
@@ -262,6 +278,10 @@ impl<const D: usize> AverageObjective<D> {
     /// [`GridError::NotPositiveDefinite`] if the normal equations are not definite, which can only
     /// be due to rounding.
     pub fn solve_average(&mut self, x: &[f64]) -> Result<(), GridError> {
+        solve_for_average(self, x)
+    }
+
+    fn solve_average_in(&mut self, x: &[f64]) -> Result<(), GridError> {
         if self.fixed {
             return Ok(());
         }
@@ -449,6 +469,15 @@ impl<const D: usize> AverageObjective<D> {
         average: &[f64],
         displacement: &[f64],
     ) -> Result<ShapeMetric<D>, GridError> {
+        metric_of_shape(self, shape, average, displacement)
+    }
+
+    fn shape_metric_in(
+        &self,
+        shape: usize,
+        average: &[f64],
+        displacement: &[f64],
+    ) -> Result<ShapeMetric<D>, GridError> {
         ShapeMetric::new(
             &self.shapes,
             shape,
@@ -556,8 +585,18 @@ impl<const D: usize> AverageObjective<D> {
     }
 }
 
-/// Solves the normal equations for a load, from an initial guess; returns the number of iterations.
-pub(crate) fn solve_equations<const D: usize>(
+compiled_once! {
+    /// Solves the normal equations for a load, from an initial guess; returns the number of iterations.
+    pub(crate) fn solve_equations<'a, D>(
+        equations: &'a NormalEquations<D>,
+        load: &'a [f64],
+        solution: &'a mut [f64],
+        relative_tolerance: f64,
+        scratch: &'a mut CgScratch,
+    ) -> Result<usize, GridError> = solve_equations_in;
+}
+
+fn solve_equations_in<const D: usize>(
     equations: &NormalEquations<D>,
     load: &[f64],
     solution: &mut [f64],

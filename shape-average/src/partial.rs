@@ -5,7 +5,16 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::shape;
 use crate::objective::AverageObjective;
+use fe_grid::compiled_once;
 use fe_grid::minimise::Objective;
+
+compiled_once! {
+    fn energy_at_present_average<'a, D>(
+        objective: &'a AverageObjective<D>,
+        x: &'a [f64],
+        gradient: &'a mut [f64],
+    ) -> Result<Option<Energy>, AverageError> = AverageObjective::at_present_average_in;
+}
 
 impl<const D: usize> AverageObjective<D> {
     /// Evaluates the functional at displacements `x` and at the present
@@ -22,6 +31,14 @@ impl<const D: usize> AverageObjective<D> {
     /// # Panics
     /// If `x`, or a nonempty `gradient`, does not have the dimension of the objective.
     pub fn at_present_average(
+        &self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Option<Energy>, AverageError> {
+        energy_at_present_average(self, x, gradient)
+    }
+
+    fn at_present_average_in(
         &self,
         x: &[f64],
         gradient: &mut [f64],

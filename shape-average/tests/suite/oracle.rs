@@ -15,8 +15,7 @@ use fe_grid::{
     conjugate_gradient,
 };
 use hyperelastic::{
-    CompiledLaw, Inverse, LameModuli, LawSpec, LogDet, Power, PowerCoefficients, PowerExponents,
-    StoredEnergy, WeightedElasticity,
+    LameModuli, LawSpec, PowerCoefficients, PowerExponents, PowerOptions, WeightedElasticity,
 };
 use phasefield::{InterfaceLength, Mismatch};
 use serde_json::{Value, json};
@@ -68,24 +67,9 @@ impl<const D: usize> Case<'_, D> {
         displacements
     }
 
-    fn hyperelastic(&self) {
-        let model = &self.case["model"];
-        let params = &model["params"];
-        match model["name"].as_str() {
-            Some("logdet") => self.elastic(LogDet::<D>::new(moduli(params)).unwrap()),
-            Some("power") => self.elastic(power::<D>(params)),
-            Some("inverse") => {
-                let base = &params["base"];
-                assert_eq!(base["name"], "logdet");
-                let base = LogDet::<D>::new(moduli(&base["params"])).unwrap();
-                self.elastic(Inverse::new(base));
-            }
-            other => panic!("no law {other:?}"),
-        }
-    }
-
-    fn elastic<W: StoredEnergy<D>>(&self, law: W) {
-        let law = CompiledLaw::new(law);
+    fn elastic(&self) {
+        assert!(self.case["model"]["name"].is_string(), "no law");
+        let law = self.law().compile::<D>().unwrap();
         let weighted = WeightedElasticity {
             law: &law,
             void_stiffness: self.parameter("delta"),
@@ -183,6 +167,7 @@ impl<const D: usize> Case<'_, D> {
                 assert_eq!(base["name"], "logdet");
                 LawSpec::new("inverse:logdet", moduli(&base["params"])).unwrap()
             }
+            Some("power") => power::<D>(&model["params"]),
             Some(other) => panic!("no law {other:?}"),
         }
     }
@@ -265,7 +250,7 @@ impl<const D: usize> Case<'_, D> {
     /// Whether this is a case that belongs here.
     fn check(&self) -> bool {
         match self.case["kind"].as_str() {
-            Some("hyperelastic") => self.hyperelastic(),
+            Some("hyperelastic") => self.elastic(),
             Some("mismatch_F") => self.mismatch(),
             Some("length_L") => self.length(),
             Some("average_total") => self.average_total(),
@@ -300,7 +285,7 @@ fn moduli(params: &Value) -> LameModuli {
     LameModuli::new(number(params, "lambda"), number(params, "mu")).unwrap()
 }
 
-fn power<const D: usize>(params: &Value) -> Power<D> {
+fn power<const D: usize>(params: &Value) -> LawSpec {
     let coefficients = PowerCoefficients {
         norm: number(params, "a1"),
         cofactor: number(params, "a2"),
@@ -312,7 +297,17 @@ fn power<const D: usize>(params: &Value) -> Power<D> {
         expansion: number(params, "r"),
         compression: number(params, "s"),
     };
-    Power::from_coefficients(coefficients, exponents).unwrap()
+    let options = PowerOptions {
+        exponents: Some(exponents),
+        coefficients: Some(coefficients),
+        ..PowerOptions::default()
+    };
+    let spec = LawSpec {
+        law: "power_two_term".parse().unwrap(),
+        power: options,
+        ..LawSpec::default()
+    };
+    spec.resolved::<D>().unwrap()
 }
 
 fn check_file<const D: usize>(name: &str) {
