@@ -16,9 +16,10 @@
 
 use crate::common;
 use crate::elastic::{ElasticTerm, elastic_hessian_into};
+use crate::equations::solve_equations;
 use crate::error::AverageError;
 use crate::level::shape;
-use crate::objective::{AverageObjective, solve_equations};
+use crate::objective::AverageObjective;
 use crate::params::Precision;
 use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
 use fe_grid::coupling::{Variation, field_derivative_change};

@@ -58,6 +58,7 @@ mod confirm;
 mod doubts;
 mod elastic;
 mod energy;
+mod equations;
 mod error;
 mod floor;
 mod follow;

@@ -12,6 +12,7 @@ mod minimised;
 use crate::common::{self, CommonMotion};
 use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
+use crate::equations::solve_equations;
 use crate::error::AverageError;
 use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
@@ -25,8 +26,8 @@ use fe_grid::scatter::{DistributedSources, NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::vector::change_in_double;
 use fe_grid::{
-    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError, NumbersMut,
-    Storage, certify_below, compiled_once, conjugate_gradient, mutant, parallel,
+    Assembly, Buffer, CgScratch, Data, Element, Grid, GridError, NumbersMut, Storage,
+    certify_below, compiled_once, mutant, parallel,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Masked, Mismatch};
@@ -583,32 +584,4 @@ impl<const D: usize> AverageObjective<D> {
         self.energy = Energy::new(&self.weights, &terms, &self.lengths());
         Ok(Evaluation::Value(self.energy.objective()))
     }
-}
-
-compiled_once! {
-    /// Solves the normal equations for a load, from an initial guess; returns the number of iterations.
-    pub(crate) fn solve_equations<'a, D>(
-        equations: &'a NormalEquations<D>,
-        load: &'a [f64],
-        solution: &'a mut [f64],
-        relative_tolerance: f64,
-        scratch: &'a mut CgScratch,
-    ) -> Result<usize, GridError> = solve_equations_in;
-}
-
-fn solve_equations_in<const D: usize>(
-    equations: &NormalEquations<D>,
-    load: &[f64],
-    solution: &mut [f64],
-    relative_tolerance: f64,
-    scratch: &mut CgScratch,
-) -> Result<usize, GridError> {
-    let matrix = equations.matrix();
-    let jacobi = Diagonal::jacobi(&matrix.diagonal())?;
-    let params = CgParams {
-        relative_tolerance,
-        ..CgParams::default()
-    };
-    let info = conjugate_gradient(matrix, &jacobi, load, solution, &params, scratch)?;
-    Ok(info.iterations)
 }
