@@ -1,13 +1,13 @@
 //! The space of deformations of one start shape.
 
-use super::anderson::{Anderson, Correction, SolveStatus};
+use super::anderson::{Anderson, Correction, SolveStatus, Solved};
 use super::geometry::Geometry;
 use super::params::CalculusParams;
 use super::space::PathSpace;
 use crate::error::GeodesicError;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, norm, scale};
-use fe_grid::{Field, LinearOperator, ScalarField};
+use fe_grid::{Field, LinearOperator, ScalarField, compiled_once};
 use hyperelastic::CorotationalMultigrid;
 use serde::Serialize;
 
@@ -173,23 +173,14 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         let level = self.reports.len();
         self.observer
             .level(level, self.expected.max(level + 1), guess.len());
-        let geometry = &self.geometry;
-        let mut equation = Equation {
-            geometry,
+        let known = Known {
+            geometry: &self.geometry,
             unknown,
-            cycle: geometry.cycle(metric_at)?,
-            modes: geometry.matter.modes(metric_at),
-            pair: vec![0.0; 2 * guess.len()],
-            forces: vec![0.0; 2 * guess.len()],
-            residual: vec![0.0; guess.len()],
-        };
-        let solver = Anderson {
-            history: geometry.params.history,
-            max_iterations: geometry.params.max_iterations,
-            tolerance: geometry.params.tolerance * separation,
+            metric_at,
+            separation,
         };
         let mut x = guess;
-        let solved = solver.solve(&mut equation, &mut x, self.observer)?;
+        let solved = solve_equation(&known, &mut x, &mut *self.observer)?;
         let correction = solved.correction / separation;
         let accepted = solved.status == SolveStatus::Converged
             || solved.status != SolveStatus::Cancelled && correction <= ACCEPTED;
@@ -310,6 +301,48 @@ enum Unknown<'a> {
         second: &'a [f64],
         arriving: &'a [f64],
     },
+}
+
+/// What is known of an equation before it is solved.
+struct Known<'a, const D: usize> {
+    geometry: &'a Geometry<D>,
+    unknown: Unknown<'a>,
+    /// The deformation at which the metric is computed.
+    metric_at: &'a [f64],
+    /// The distance between the known points.
+    separation: f64,
+}
+
+compiled_once! {
+    /// Solves an equation from the initial guess `x`.
+    fn solve_equation<'a, D>(
+        known: &'a Known<'a, D>,
+        x: &'a mut [f64],
+        observer: &'a mut dyn Observer,
+    ) -> Result<Solved, GeodesicError> = solve_equation_in;
+}
+
+fn solve_equation_in<const D: usize>(
+    known: &Known<'_, D>,
+    x: &mut [f64],
+    observer: &mut dyn Observer,
+) -> Result<Solved, GeodesicError> {
+    let geometry = known.geometry;
+    let mut equation = Equation {
+        geometry,
+        unknown: known.unknown,
+        cycle: geometry.cycle(known.metric_at)?,
+        modes: geometry.matter.modes(known.metric_at),
+        pair: vec![0.0; 2 * x.len()],
+        forces: vec![0.0; 2 * x.len()],
+        residual: vec![0.0; x.len()],
+    };
+    let solver = Anderson {
+        history: geometry.params.history,
+        max_iterations: geometry.params.max_iterations,
+        tolerance: geometry.params.tolerance * known.separation,
+    };
+    solver.solve(&mut equation, x, observer)
 }
 
 /// The equation `d_2 W(a, b) + d_1 W(b, c) = 0` for one of the points.

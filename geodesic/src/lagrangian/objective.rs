@@ -85,6 +85,15 @@ compiled_once! {
     ) -> Result<Evaluation, GeodesicError> = PathObjective::evaluate_terms;
 }
 
+compiled_once! {
+    fn add_mismatch_gradient<'a, D>(
+        objective: &'a mut PathObjective<D>,
+        last: &'a [f64],
+        factor: f64,
+        out: &'a mut [f64],
+    ) -> Result<(), GridError> = PathObjective::mismatch_gradient_add_in;
+}
+
 impl<const D: usize> PathObjective<D> {
     /// Creates the energy for two shapes given by their level sets on one grid.
     ///
@@ -352,6 +361,15 @@ impl<const D: usize> PathObjective<D> {
 impl<const D: usize> PathObjective<D> {
     /// Adds a multiple of the gradient of the weighted mismatch of the last deformation to `out`.
     pub(super) fn mismatch_gradient_add(
+        &mut self,
+        last: &[f64],
+        factor: f64,
+        out: &mut [f64],
+    ) -> Result<(), GridError> {
+        add_mismatch_gradient(self, last, factor, out)
+    }
+
+    fn mismatch_gradient_add_in(
         &mut self,
         last: &[f64],
         factor: f64,

@@ -16,7 +16,7 @@ use geodesic::{
     BoundaryArea, Form, GeodesicParams, HeavisideMismatch, MismatchWeights, ObjectWeights,
     StepDeformation, StepMismatch, Visibility,
 };
-use hyperelastic::{CompiledLaw, LameModuli, LawSpec, LogDet, StrainEnergy};
+use hyperelastic::{LameModuli, LawSpec, StrainEnergy};
 use levelset::{Arctan, Step};
 use serde_json::Value;
 use test_support::oracle;
@@ -133,7 +133,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     }
 
     fn deformation(&self) {
-        let law = CompiledLaw::new(LogDet::<D>::new(self.moduli()).unwrap());
+        let law = self.law().compile::<D>().unwrap();
         let law = StepDeformation {
             law: &law,
             weights: ObjectWeights {
@@ -152,6 +152,10 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         close_to("grad_phi", &gradient[n..], &self.case["grad_phi"]);
     }
 
+    fn law(&self) -> LawSpec {
+        LawSpec::new("logdet", self.moduli()).unwrap()
+    }
+
     /// Parameters for matches of a given number, whose weight the reference states for each.
     fn params(&self, form: Form) -> GeodesicParams {
         let steps = self.parameter("K") as usize;
@@ -159,7 +163,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         GeodesicParams {
             form,
             steps,
-            law: LawSpec::new("logdet", self.moduli()).unwrap(),
+            law: self.law(),
             mismatch_weight: self.parameter("eta") / matches as f64,
             void_stiffness: self.parameter("delta"),
             deformed_share: 0.0,
