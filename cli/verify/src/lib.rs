@@ -17,7 +17,7 @@
 //! it (`tests/mutants.rs`, `examples/mutant.rs`, `cargo xtask mutants`).
 //!
 //! # Data flow
-//! [`experiments::all`] → [`select`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
+//! [`experiments::all`] → [`select()`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
 //! [`Outcome`] → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],
 //! [`report`].
 //!
