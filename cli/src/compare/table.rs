@@ -1,5 +1,6 @@
 //! The table of groups and covariates.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -9,7 +10,7 @@ use shapespace_input::files::read_text;
 use super::CompareConfig;
 use crate::distances::{Classes, NAMED, table_reader};
 use crate::error::CliError;
-use crate::shapes::stem;
+use crate::shapes::FileIndex;
 
 /// The groups and covariates of shapes.
 #[derive(Clone, Debug)]
@@ -94,12 +95,13 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
     };
     let of_group = column(&config.column)?;
     let mut lines: Vec<Option<Vec<String>>> = vec![None; known.names.len()];
+    let finder = Finder::new(known);
     let mut ignored = 0;
     for line in reader.records() {
         let line = line.map_err(unreadable)?;
         let cells: Vec<String> = line.iter().map(String::from).collect();
         let at = line.position().map_or(0, csv::Position::line);
-        let Some(shape) = known.find(&cells[0]) else {
+        let Some(shape) = finder.find(&cells[0]) else {
             ignored += 1;
             continue;
         };
@@ -134,16 +136,8 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         return Err(wrong(0, message, remedy));
     }
     let lines: Vec<Vec<String>> = lines.into_iter().flatten().collect();
-    let (mut names, mut labels) = (Vec::<String>::new(), Vec::new());
-    for line in &lines {
-        let name = &line[of_group];
-        let known = names.iter().position(|n| n == name);
-        labels.push(known.unwrap_or(names.len()));
-        if known.is_none() {
-            names.push(name.clone());
-        }
-    }
-    let groups = Groups::new(labels).map_err(|error: GroupError| {
+    let classes = Classes::numbered(lines.iter().map(|line| line[of_group].clone()));
+    let groups = Groups::new(classes.of_input).map_err(|error: GroupError| {
         let remedy = "a comparison needs two groups, and two shapes in one of them";
         wrong(0, format!("column '{}': {error}", config.column), remedy)
     })?;
@@ -200,7 +194,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         });
     }
     Ok(Labelled {
-        names,
+        names: classes.names,
         groups,
         covariates,
         left_out,
@@ -231,27 +225,32 @@ fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliErr
     })
 }
 
-impl Known<'_> {
-    /// The shape of this name: its name in the result, its file or the end of its path, or the name of its
+/// Shapes by the cells of a table.
+struct Finder<'a> {
+    names: HashMap<&'a str, Vec<usize>>,
+    files: FileIndex,
+}
+
+impl<'a> Finder<'a> {
+    fn new(known: &Known<'a>) -> Self {
+        let mut names: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (i, name) in known.names.iter().enumerate() {
+            names.entry(name).or_default().push(i);
+        }
+        Self {
+            names,
+            files: FileIndex::new(known.files),
+        }
+    }
+
+    /// The only shape of this name: its name in the result, its file or the end of its path, or the name of its
     /// file without extension.
     fn find(&self, name: &str) -> Option<usize> {
-        let only = |fits: &dyn Fn(usize) -> bool| {
-            let mut found = (0..self.names.len()).filter(|&i| fits(i));
-            found.next().filter(|_| found.next().is_none())
+        let only = |found: &[usize]| match found {
+            [shape] => Some(*shape),
+            _ => None,
         };
-        let path = Path::new(name);
-        let by_name = || only(&|i| self.names[i] == name);
-        let by_end = || only(&|i| self.files.get(i).is_some_and(|file| file.ends_with(path)));
-        let by_stem = || {
-            only(&|i| {
-                self.files
-                    .get(i)
-                    .is_some_and(|file| stem(file) == stem(path))
-            })
-        };
-        if name.is_empty() {
-            return None;
-        }
-        by_name().or_else(by_end).or_else(by_stem)
+        let by_name = self.names.get(name).and_then(|found| only(found));
+        by_name.or_else(|| only(self.files.find(name).files))
     }
 }

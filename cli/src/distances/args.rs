@@ -155,7 +155,7 @@ impl Config for DistancesConfig {
         allow(neighbours, "neighbours", &0, "at least 1")?;
         let share = self.skip_far.unwrap_or(0.5);
         let is_share = share > 0.0 && share < 1.0;
-        allow(is_share, "skip-far", &share, "a number above 0 and below 1")?;
+        allow(is_share, "skip_far", &share, "a number above 0 and below 1")?;
         let incomplete = [
             (!self.against.is_empty(), "--against"),
             (self.skip_far.is_some(), "--skip-far"),

@@ -7,11 +7,12 @@
 //!   line, the end of its path, or its name with or without extension. The class is in the column
 //!   `class` or `group`, if there is a header with one of these, else in the last. Empty lines are left out.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use super::args::DistancesConfig;
 use crate::error::CliError;
+use crate::shapes::FileIndex;
 use shapespace_input::files::read_text;
 
 const FOLDER: &str = "folder";
@@ -35,25 +36,33 @@ impl Classes {
     /// [`CliError::Classes`] for a file that cannot be read or lacks an input, and for inputs whose
     /// names contain no class.
     pub fn of(option: &Path, inputs: &[PathBuf]) -> Result<Self, CliError> {
-        let named = named(option, inputs)?;
+        let named = inputs.iter().zip(named(option, inputs)?);
+        let named = named.map(|(path, name)| {
+            let name = name.filter(|name| !name.is_empty());
+            name.ok_or_else(|| CliError::Classes {
+                source_name: option.display().to_string(),
+                reason: format!("'{}' has no class there", path.display()),
+            })
+        });
+        Ok(Self::numbered(named.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// The classes of inputs that have these names of classes.
+    pub fn numbered(names: impl IntoIterator<Item = String>) -> Self {
+        let mut numbers: HashMap<String, usize> = HashMap::new();
         let mut classes = Self {
             names: Vec::new(),
             of_input: Vec::new(),
         };
-        for (path, name) in inputs.iter().zip(named) {
-            let Some(name) = name.filter(|name| !name.is_empty()) else {
-                return Err(CliError::Classes {
-                    source_name: option.display().to_string(),
-                    reason: format!("'{}' has no class there", path.display()),
-                });
-            };
-            let known = classes.names.iter().position(|known| *known == name);
-            classes.of_input.push(known.unwrap_or(classes.names.len()));
-            if known.is_none() {
-                classes.names.push(name);
-            }
+        for name in names {
+            let next = classes.names.len();
+            let number = *numbers.entry(name).or_insert_with_key(|name| {
+                classes.names.push(name.clone());
+                next
+            });
+            classes.of_input.push(number);
         }
-        Ok(classes)
+        classes
     }
 }
 
@@ -144,7 +153,9 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
         reason,
     };
     let text = read_text(list).map_err(|error| failed(error.to_string()))?;
-    let mut known: BTreeMap<String, String> = BTreeMap::new();
+    let index = FileIndex::new(inputs);
+    // Where several lines fit an input, the one with more of its path counts.
+    let mut known: Vec<Option<(usize, String)>> = vec![None; inputs.len()];
     let mut column = None;
     for (i, cells) in table_reader(&text, false).records().enumerate() {
         let cells = cells.map_err(|error| failed(error.to_string()))?;
@@ -171,25 +182,21 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
                 )));
             }
         };
-        let other = known.insert(file.clone(), class.to_owned());
-        if let Some(other) = other.filter(|other| other != class) {
-            return Err(failed(format!("'{file}' is both {other} and {class}")));
+        let fitting = index.find(&file);
+        for &input in fitting.files {
+            match &known[input] {
+                Some((components, _)) if *components > fitting.components => {}
+                Some((components, other))
+                    if *components == fitting.components && other != class =>
+                {
+                    return Err(failed(format!("'{file}' is both {other} and {class}")));
+                }
+                _ => known[input] = Some((fitting.components, class.to_owned())),
+            }
         }
     }
-    let class = |path: &PathBuf| {
-        let by_end = || {
-            known
-                .iter()
-                .find(|(file, _)| path.ends_with(file))
-                .map(|(_, class)| class)
-        };
-        let found = known.get(path.to_string_lossy().as_ref());
-        let found = found.or_else(by_end);
-        found
-            .or_else(|| known.get(&crate::shapes::stem(path)))
-            .cloned()
-    };
-    Ok(inputs.iter().map(class).collect())
+    let classes = known.into_iter().map(|found| Some(found?.1));
+    Ok(classes.collect())
 }
 
 /// Reads a table whose cells are separated by commas, or where its first line has none by semicolons or tabs.
@@ -258,6 +265,8 @@ mod tests {
         ] {
             assert!(matches!(read(bad), Err(CliError::Classes { .. })), "{bad}");
         }
+        let table = "a.png,long\nin/a.png,short\nb,long\n\"b, c\",long\n";
+        assert_eq!(read(table).unwrap().0, ["short", "long"]);
         let missing = Classes::of(&place.path().join("none.csv"), &paths(&["a.png"]));
         assert!(matches!(missing, Err(CliError::Classes { .. })));
     }

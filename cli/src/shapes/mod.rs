@@ -9,6 +9,7 @@
 mod align;
 mod coordinates;
 mod domain;
+mod file_index;
 mod inspect;
 mod label;
 mod pairs;
@@ -40,6 +41,7 @@ use size::equalise;
 
 pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
+pub(crate) use file_index::FileIndex;
 pub(crate) use inspect::{
     Likeness, add_topologies, doubts_of, inspect_mask, inspect_resolution, inspect_thinness,
 };
