@@ -1,5 +1,7 @@
 //! The pictures of a comparison.
 
+use std::collections::HashMap;
+
 use super::record::differences;
 use super::scale::{difference_bar, rate_bar, rate_share};
 use super::tests::{Found, OfModes, Outcome};
@@ -62,8 +64,8 @@ fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
         rows.push(format!("mean of {name} ({size})"), over(shape, colour(g)));
     }
     rows.end_row();
-    let points = found.outline.points();
-    let at = |values: &[f64], p: &[f64]| values[nearest(points, p)];
+    let points = Nearest::of(found.outline.points());
+    let at = |values: &[f64], p: &[f64]| values[points.find(p)];
     let differences = differences(&found.displacements);
     let most = differences.iter().copied().fold(0.0, f64::max);
     let units = outcome.compared.units();
@@ -96,22 +98,34 @@ fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
     rows.draw()
 }
 
-/// The index of the point nearest to a place.
-fn nearest<const D: usize>(points: &[[f64; D]], place: &[f64]) -> usize {
-    let distance =
-        |p: &[f64; D]| -> f64 { p.iter().zip(place).map(|(a, b)| (a - b) * (a - b)).sum() };
-    let mut best = (0, f64::INFINITY);
-    for (q, p) in points.iter().enumerate() {
-        let found = distance(p);
-        if found < best.1 {
-            best = (q, found);
+/// Finds the nearest of the points of a boundary.
+struct Nearest<'a, const D: usize> {
+    points: &'a [[f64; D]],
+    /// The first point with these coordinates: the vertices of a surface are points themselves.
+    same: HashMap<[u64; D], usize>,
+}
+
+impl<'a, const D: usize> Nearest<'a, D> {
+    fn of(points: &'a [[f64; D]]) -> Self {
+        let mut same = HashMap::new();
+        for (q, p) in points.iter().enumerate() {
+            same.entry(p.map(f64::to_bits)).or_insert(q);
         }
-        // The vertices of a surface are points themselves.
-        if found == 0.0 {
-            break;
-        }
+        Self { points, same }
     }
-    best.0
+
+    /// Its index.
+    fn find(&self, place: &[f64]) -> usize {
+        let known = <[f64; D]>::try_from(place).ok();
+        if let Some(&q) = known.and_then(|p| self.same.get(&p.map(f64::to_bits))) {
+            return q;
+        }
+        let distance =
+            |p: &[f64; D]| -> f64 { p.iter().zip(place).map(|(a, b)| (a - b) * (a - b)).sum() };
+        let by_distance = |(_, a): &(usize, f64), (_, b): &(usize, f64)| a.total_cmp(b);
+        let all = self.points.iter().map(distance).enumerate();
+        all.min_by(by_distance).map_or(0, |(q, _)| q)
+    }
 }
 
 /// The shapes at their scores in the first two modes.

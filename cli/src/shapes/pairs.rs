@@ -12,6 +12,7 @@
 //! of them. Where its spacing is given in the units of the inputs, shapes are not magnified.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Cause, Contour, ContourDistance, Doubt};
@@ -85,7 +86,7 @@ fn add_reflections<const D: usize>(
     let doubted = pairs.iter().zip(figures).filter_map(|(pair, [figure])| {
         Doubt::check(Cause::Reflection, *figure).map(|doubt| (*pair, doubt))
     });
-    for (shape, doubt) in reflected_of_pairs(doubted.collect()) {
+    for (shape, doubt) in reflected_of_pairs(&doubted.collect::<Vec<_>>()) {
         inputs[shape].doubts.push(doubt);
     }
 }
@@ -93,27 +94,37 @@ fn add_reflections<const D: usize>(
 /// The reflected shapes of doubtful pairs, each with the doubt of its most doubtful one. One reflected shape makes all
 /// its pairs doubtful: the shape of most pairs is named, without these that of most others, and so on. Of a single pair
 /// it is the second shape.
-fn reflected_of_pairs(mut doubted: Vec<([usize; 2], Doubt)>) -> Vec<(usize, Doubt)> {
-    let mut found = Vec::new();
-    loop {
-        let count = |shape: usize| {
-            doubted
-                .iter()
-                .filter(|(pair, _)| pair.contains(&shape))
-                .count()
-        };
-        let shapes = doubted.iter().flat_map(|(pair, _)| *pair);
-        let Some(most) = shapes.max_by_key(|&shape| (count(shape), shape)) else {
-            return found;
-        };
-        let (own, others): (Vec<_>, Vec<_>) = doubted
-            .into_iter()
-            .partition(|(pair, _)| pair.contains(&most));
-        let doubts = own.into_iter().map(|(_, doubt)| doubt);
-        let worst = doubts.min_by(|a, b| a.figure.total_cmp(&b.figure));
-        found.extend(worst.map(|doubt| (most, doubt)));
-        doubted = others;
+fn reflected_of_pairs(doubted: &[([usize; 2], Doubt)]) -> Vec<(usize, Doubt)> {
+    let mut of_shape: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (k, (pair, _)) in doubted.iter().enumerate() {
+        for &shape in pair {
+            of_shape.entry(shape).or_default().push(k);
+        }
     }
+    let mut left: BTreeMap<usize, usize> = of_shape.iter().map(|(i, of)| (*i, of.len())).collect();
+    let mut is_left = vec![true; doubted.len()];
+    let mut found = Vec::new();
+    while let Some((&most, _)) = left
+        .iter()
+        .filter(|(_, count)| **count > 0)
+        .max_by_key(|(shape, count)| (**count, **shape))
+    {
+        let mut worst: Option<Doubt> = None;
+        for &k in &of_shape[&most] {
+            if !std::mem::take(&mut is_left[k]) {
+                continue;
+            }
+            let (pair, doubt) = doubted[k];
+            for shape in pair {
+                left.entry(shape).and_modify(|count| *count -= 1);
+            }
+            if worst.is_none_or(|worst| doubt.figure.total_cmp(&worst.figure).is_lt()) {
+                worst = Some(doubt);
+            }
+        }
+        found.extend(worst.map(|doubt| (most, doubt)));
+    }
+    found
 }
 
 impl<const D: usize> Pairs<D> {
@@ -312,7 +323,7 @@ mod tests {
             let doubts = pairs
                 .iter()
                 .map(|(pair, figure)| (*pair, Doubt::check(Cause::Reflection, *figure).unwrap()));
-            reflected_of_pairs(doubts.collect())
+            reflected_of_pairs(&doubts.collect::<Vec<_>>())
                 .into_iter()
                 .map(|(shape, doubt)| (shape, doubt.figure))
                 .collect::<Vec<_>>()
