@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use fe_grid::parallel;
@@ -22,12 +22,9 @@ const ARRAYS: &str = "arrays";
 const CARRIED: &str = "carried";
 /// The key of the checksum of an input.
 const INPUT_SUM: &str = "sha256";
-/// Bytes that are read at a time.
-const PIECE: usize = 1 << 16;
-
 /// The SHA-256 of bytes, in hexadecimal digits.
 pub(crate) fn sum_of(bytes: &[u8]) -> String {
-    hexadecimal(Sha256::digest(bytes).as_slice())
+    format!("{:x}", Sha256::digest(bytes))
 }
 
 /// The SHA-256 of a regular file, in hexadecimal digits.
@@ -38,20 +35,9 @@ pub(crate) fn sum_of_file(path: &Path) -> io::Result<String> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::ErrorKind::InvalidInput.into());
     }
-    let mut file = File::open(path)?;
-    let (mut hasher, mut piece) = (Sha256::new(), vec![0; PIECE]);
-    loop {
-        match file.read(&mut piece)? {
-            0 => return Ok(hexadecimal(hasher.finalize().as_slice())),
-            read => hasher.update(&piece[..read]),
-        }
-    }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    let digit = |nibble: u8| char::from_digit(nibble.into(), 16).unwrap_or('0');
-    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
-    digits.map(digit).collect()
+    let mut hasher = Sha256::new();
+    io::copy(&mut File::open(path)?, &mut hasher)?;
+    Ok(format!("{:x}", hasher.finalize()))
 }
 
 /// Names of all arrays of a directory and of its folders, with slashes.

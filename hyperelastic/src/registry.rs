@@ -129,11 +129,6 @@ impl LawName {
             power: PowerOptions::default(),
         }
     }
-
-    /// Returns whether this is the inverse model.
-    pub fn is_inverse(self) -> bool {
-        self.inverse
-    }
 }
 
 impl Default for LawName {

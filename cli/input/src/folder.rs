@@ -7,6 +7,7 @@ use std::str::Chars;
 
 use glob::{MatchOptions, glob_with};
 
+use super::content::is_image;
 use super::exact::is_exact;
 use super::{InputError, extension_of};
 use crate::terminal::{note, printable};
@@ -127,30 +128,7 @@ fn in_order(paths: &mut [PathBuf]) {
 }
 
 fn is_readable(path: &Path, kinds: Kinds) -> bool {
-    let name = path.to_string_lossy().to_lowercase();
-    let extension = extension_of(path);
-    let image = matches!(
-        &*extension,
-        "npy"
-            | "nii"
-            | "hdr"
-            | "img"
-            | "nrrd"
-            | "nhdr"
-            | "mha"
-            | "mhd"
-            | "tif"
-            | "tiff"
-            | "png"
-            | "jpg"
-            | "jpeg"
-            | "pgm"
-            | "pbm"
-            | "ppm"
-            | "pnm"
-            | "bmp"
-    );
-    image || name.ends_with(".nii.gz") || kinds == Kinds::Masks && is_exact(&extension)
+    is_image(&path.to_string_lossy()) || kinds == Kinds::Masks && is_exact(&extension_of(path))
 }
 
 /// The order in which people count: numbers by their size, letters without their case.

@@ -57,7 +57,7 @@ mod world;
 
 pub use boundary::boundary;
 pub(crate) use content::reserve;
-pub use content::{bytes_of, extension_of};
+pub use content::{bytes_of, extension_of, without_ending};
 pub use decode::check_count;
 pub use error::InputError;
 pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline, read_point_array};

@@ -65,12 +65,6 @@ impl Canvas {
         }
     }
 
-    /// The lowest row that is not all white; the first where all are.
-    pub fn last_row(&self) -> usize {
-        let last = self.pixels.iter().rposition(|pixel| *pixel != WHITE);
-        last.map_or(0, |at| at / self.width)
-    }
-
     /// The picture with this number of pixels along its longer side, if it is larger: each is the mean of what
     /// it covers.
     pub fn reduced(&self, side: usize) -> Self {
@@ -407,7 +401,6 @@ mod tests {
             assert!((mean(&small, k) - mean(&canvas, k)).abs() < 1e-4);
         }
         assert_eq!(canvas.reduced(60).size(), [50, 31]);
-        assert_eq!((canvas.last_row(), Canvas::new(3, 3).last_row()), (28, 0));
         let mut page = Canvas::new(50, 31);
         page.fill(
             &[vec![[0.0, 0.0], [50.0, 0.0], [50.0, 31.0], [0.0, 31.0]]],

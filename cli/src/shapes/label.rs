@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use shapespace_input::without_ending;
+
 /// Longest label that fits under the tiles of many inputs.
 const SHORT: usize = 12;
 
@@ -56,20 +58,7 @@ fn whole(path: &Path) -> String {
 
 /// The name of a file without its ending.
 pub(crate) fn stem(path: &Path) -> String {
-    let name = file_name(path);
-    let lower = name.to_lowercase();
-    let ending = [".nii.gz", ".nii", ".npy", ".png", ".pgm", ".pbm", ".ppm"]
-        .into_iter()
-        .chain([
-            ".pnm", ".bmp", ".tif", ".tiff", ".jpg", ".jpeg", ".hdr", ".img",
-        ])
-        .chain([".nrrd", ".nhdr", ".mha", ".mhd", ".csv", ".svg"])
-        .chain([".stl", ".ply", ".obj", ".vtk", ".vtp"])
-        .find(|ending| lower.ends_with(ending));
-    // Extensions are ASCII: the text before them ends at a character boundary.
-    name.get(..name.len() - ending.map_or(0, str::len))
-        .unwrap_or(&name)
-        .to_owned()
+    without_ending(&file_name(path)).to_owned()
 }
 
 /// The name of the folder of a file, and that of the file without its ending.
