@@ -138,10 +138,33 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::doubts::{OPTIONS, options_in};
     use clap::CommandFactory;
+    use levelset::Cause;
 
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    /// Remedies name options: the list says which commands have them.
+    #[test]
+    fn options_of_remedies_are_those_of_the_commands() {
+        let all = Cli::command();
+        for cause in Cause::ALL {
+            for option in options_in(cause.criterion().remedy) {
+                let has = |command: &&clap::Command| {
+                    let mut options = command.get_arguments();
+                    options.any(|of| of.get_long() == option.strip_prefix("--"))
+                };
+                let commands = all.get_subcommands().filter(has);
+                let mut commands: Vec<&str> = commands.map(clap::Command::get_name).collect();
+                let listed = OPTIONS.iter().find(|(name, _)| *name == option);
+                let mut listed = listed.map_or(Vec::new(), |(_, listed)| listed.to_vec());
+                commands.sort_unstable();
+                listed.sort_unstable();
+                assert_eq!(listed, commands, "{option} of {cause:?}");
+            }
+        }
     }
 }

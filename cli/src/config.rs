@@ -57,6 +57,11 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
         false
     }
 
+    /// Whether `--starts` may be a remedy: it agrees with the other options.
+    fn may_start(&self) -> bool {
+        true
+    }
+
     /// The lists of inputs, in which folders and patterns stand for their files.
     fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
         Vec::new()

@@ -1,6 +1,6 @@
 //! Doubts in `result.json`, on the terminal and in the report.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 use levelset::verdict::worst;
 use levelset::{Cause, Doubt, Limit};
@@ -32,14 +32,134 @@ const ALIGNMENT: &str = "--align rigid, ";
 /// What is left out of the remedies of paths of level sets.
 const LEVEL_SETS: [&str; 2] = [", or --form level-sets", " or --form level-sets"];
 
-/// Options of an average that commands which read it do not have.
-const OF_AVERAGE: [&str; 5] = [
-    "--grid",
-    "--max-iterations",
-    "--mismatch-weight",
-    "--tolerance",
-    "--void-stiffness",
+/// What is left out of the remedies of commands that compare no minima.
+const STARTS: &str = ", or --starts 4 to compare other minima";
+
+/// The options that remedies name, with the commands that have them.
+pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
+    (
+        "--align",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "distances",
+            "score",
+            "figure",
+        ],
+    ),
+    ("--at-rest", &["pca"]),
+    (
+        "--box",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "distances",
+            "figure",
+        ],
+    ),
+    ("--classes", &["segment", "distances"]),
+    ("--contrast", &["average", "segment"]),
+    ("--domain", &["geodesic", "length", "distances"]),
+    ("--form", &["geodesic", "length", "distances"]),
+    (
+        "--grid",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "distances",
+            "segment",
+            "figure",
+        ],
+    ),
+    (
+        "--invert",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "transport",
+            "distances",
+            "score",
+            "figure",
+        ],
+    ),
+    (
+        "--max-iterations",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "extend",
+            "transport",
+            "distances",
+            "segment",
+            "pca",
+            "figure",
+        ],
+    ),
+    (
+        "--mismatch-weight",
+        &["average", "geodesic", "length", "distances"],
+    ),
+    ("--object", &["segment"]),
+    ("--starts", &["average", "geodesic"]),
+    ("--threshold", &["segment"]),
+    (
+        "--tolerance",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "extend",
+            "transport",
+            "distances",
+            "segment",
+            "pca",
+            "figure",
+        ],
+    ),
+    (
+        "--void-stiffness",
+        &[
+            "average",
+            "geodesic",
+            "length",
+            "metric",
+            "distances",
+            "figure",
+        ],
+    ),
+    ("--weights", &["average"]),
 ];
+
+/// Commands that read the result of another one, or compute the same as it.
+const RELATED: [(&str, &str, bool); 9] = [
+    ("pca", "average", true),
+    ("score", "average", true),
+    ("synthesize", "average", true),
+    ("compare", "average", true),
+    ("warp", "average", true),
+    ("extend", "geodesic", true),
+    ("transport", "geodesic", true),
+    ("distances", "geodesic", false),
+    ("length", "geodesic", false),
+];
+
+/// The options in a text, but for those of commands in backticks.
+pub(crate) fn options_in(text: &str) -> Vec<&str> {
+    let outside = text.split('`').step_by(2);
+    let words = outside.flat_map(|part| part.split(|c: char| c != '-' && !c.is_ascii_lowercase()));
+    words.filter(|word| word.starts_with("--")).collect()
+}
 
 impl DoubtRecord {
     /// The doubt about a shape of scores, which smaller ones do not have.
@@ -54,10 +174,39 @@ impl DoubtRecord {
         self
     }
 
-    /// The doubt of a command that takes the parameters of an average.
-    pub fn by_average(mut self) -> Self {
-        if OF_AVERAGE.iter().any(|option| self.remedy.contains(option)) {
-            self.remedy += "; these are options of `average`, of which the modes and the scores are computed again";
+    /// The doubt about a result of this command: the remedy says which options are those of another one.
+    pub fn of_command(mut self, command: &str) -> Self {
+        // Those that name the command say it themselves.
+        if self.remedy.contains(&format!("`{command}")) {
+            return self;
+        }
+        let related = RELATED.iter().find(|(name, ..)| *name == command);
+        let mut others: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for option in options_in(&self.remedy) {
+            let known = OPTIONS.iter().find(|(name, _)| *name == option);
+            let Some((name, commands)) = known.filter(|(_, all)| !all.contains(&command)) else {
+                continue;
+            };
+            let related = related.filter(|(_, other, _)| commands.contains(other));
+            let first = commands.first().copied().unwrap_or_default();
+            let other = related.map_or(first, |(_, other, _)| other);
+            others.entry(other).or_default().push(name);
+        }
+        for (other, options) in others {
+            let plural = if options.len() > 1 {
+                "are options"
+            } else {
+                "is an option"
+            };
+            let reads = related.is_some_and(|(_, name, reads)| *name == other && *reads);
+            let source = if reads {
+                ", whose result is read here"
+            } else {
+                ""
+            };
+            let names = options.join(" and ");
+            let note = format!("; {names} {plural} of `{other}`{source}");
+            self.remedy += &note;
         }
         self
     }
@@ -67,6 +216,12 @@ impl DoubtRecord {
         for other in LEVEL_SETS {
             self.remedy = self.remedy.replace(other, "");
         }
+        self
+    }
+
+    /// The doubt where no other minima are looked for.
+    pub fn of_one_start(mut self) -> Self {
+        self.remedy = self.remedy.replace(STARTS, "");
         self
     }
 
@@ -275,6 +430,37 @@ mod tests {
                 "{remedy}"
             );
         }
+    }
+
+    #[test]
+    fn options_of_other_commands_are_named() {
+        let remedy = |cause: Cause, command: &str| {
+            let doubt = Doubt::check(cause, f64::NAN).unwrap();
+            named(&[doubt], [])
+                .pop()
+                .unwrap()
+                .of_command(command)
+                .remedy
+        };
+        let text = remedy(Cause::Overlap, "score");
+        let note =
+            "; --grid and --mismatch-weight are options of `average`, whose result is read here";
+        assert!(text.ends_with(note), "{text}");
+        let text = remedy(Cause::NeedlessContacts, "distances");
+        assert!(
+            text.ends_with("; --starts is an option of `geodesic`"),
+            "{text}"
+        );
+        let text = remedy(Cause::StressBalance, "pca");
+        assert!(text.ends_with("`pca --variation displacement`"), "{text}");
+        assert!(!remedy(Cause::Overlap, "average").contains(';'));
+        let doubt = Doubt::check(Cause::Turned, 0.0).unwrap();
+        let doubt = named(&[doubt], []).pop().unwrap();
+        assert!(doubt.remedy.contains("--starts 4"), "{}", doubt.remedy);
+        assert_eq!(
+            doubt.of_one_start().remedy,
+            "use --align rigid if positions do not matter"
+        );
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub enum CliError {
     #[error(transparent)]
     Output(#[from] OutputError),
     /// Fewer inputs than a command needs.
-    #[error("'{command}' needs at least {needed} masks, found {found}")]
+    #[error("'{command}' needs at least {needed} inputs, found {found}")]
     TooFewInputs {
         /// The command.
         command: &'static str,

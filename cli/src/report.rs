@@ -74,11 +74,16 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
         doubts: Vec<DoubtRecord>,
         start: Instant,
     ) -> Self {
-        let doubts: Vec<DoubtRecord> = if config.may_align() {
-            doubts
-        } else {
-            doubts.into_iter().map(DoubtRecord::of_aligned).collect()
+        let of_options = |mut doubt: DoubtRecord| {
+            if !config.may_align() {
+                doubt = doubt.of_aligned();
+            }
+            if !config.may_start() {
+                doubt = doubt.of_one_start();
+            }
+            doubt
         };
+        let doubts = doubts.into_iter().map(of_options).collect();
         Self {
             nodes: grid.map_or_else(Vec::new, |grid| grid.nodes_per_axis().to_vec()),
             spacing: grid.map(Grid::spacing),
@@ -122,6 +127,8 @@ impl<C, T, const D: usize> Record<C, T, D> {
         doubts: Vec<DoubtRecord>,
         start: Instant,
     ) -> Self {
+        let doubts = doubts.into_iter().map(|doubt| doubt.of_command(command));
+        let doubts: Vec<DoubtRecord> = doubts.collect();
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
             command: command.into(),

@@ -197,7 +197,7 @@ const CRITERIA: [Criterion; 41] = [
         limit: Limit::AtMost(0.5),
         reason: "What covers most of the border surrounds the rest of the image: it is the \
                  background, and the mask is inverted.",
-        remedy: "use --invert, of segment --object dark: the object must be bright, the background dark",
+        remedy: "use --invert, or `segment --object dark`: the object must be bright, the background dark",
     },
     Criterion {
         cause: Cause::GreyValues,

@@ -130,6 +130,11 @@ impl Config for AverageConfig {
         !self.joint && self.masks.may_align()
     }
 
+    fn may_start(&self) -> bool {
+        let other = self.joint || self.labels || self.error_bars || self.sweep.is_some();
+        !other && self.params.mean == Mean::Arithmetic
+    }
+
     fn check(&self) -> Result<(), CliError> {
         let n = self.inputs.len();
         at_least(2, Self::COMMAND, &self.inputs)?;

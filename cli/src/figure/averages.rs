@@ -129,7 +129,7 @@ pub(super) fn elastic_domain<const D: usize>(scene: &Scene<'_, D>) -> Result<She
     ))
 }
 
-/// A material that keeps lengths, and one that keeps volumes.
+/// Materials that keep lengths, lengths and volumes alike, and volumes.
 pub(super) fn materials() -> [(&'static str, LameModuli); 3] {
     let moduli = |mu, lambda| LameModuli { lambda, mu };
     [

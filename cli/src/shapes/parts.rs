@@ -126,7 +126,7 @@ impl<const D: usize> Components<D> {
         self.masks[number].iter().map(of).collect()
     }
 
-    /// The signed distances of the components of an input but the first.
+    /// The signed distances of the components of an input.
     ///
     /// # Errors
     /// [`CliError`] with exit code 2 for a component that is lost on the grid.

@@ -82,7 +82,7 @@ pub(crate) struct SizeRecord {
     pub volume_input_units: Option<f64>,
 }
 
-/// Coordinate system of a surface.
+/// Coordinate system of a surface or an outline.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct SurfaceRecord {
     /// `world` (the affine map of that input), `input` (sample times spacing) or `unit_box`.

@@ -24,7 +24,7 @@ use super::read::{StoredPca, read_pca};
 use super::record::{Distances, Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::checkpoint::Checkpointer;
-use crate::doubts::{DoubtRecord, named_by_label, of_source};
+use crate::doubts::{named_by_label, of_source};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
@@ -145,7 +145,6 @@ impl Command for ScoreConfig {
         let doubts: Vec<Doubt> = doubts.chain(outcome.source).collect();
         let names = names.iter().map(|name| &**name);
         let doubts = named_by_label(&doubts, names, &outcome.labels);
-        let doubts = doubts.into_iter().map(DoubtRecord::by_average).collect();
         let config = &outcome.config;
         let record = ScoreRecord::<D>::new("complete", grid, config, placed, doubts, start);
         record.write(directory)?;
