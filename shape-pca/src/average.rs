@@ -5,9 +5,13 @@ use crate::error::PcaError;
 use crate::params::PcaParams;
 use crate::push::push_forward;
 use fe_grid::communicator::Communicator;
+use fe_grid::vector::axpy;
 use fe_grid::{Distribution, Field, Grid, ScalarField, VectorField, mutant};
 use shape_average::{AverageParams, AverageResult};
 use std::sync::Arc;
+
+/// If the visible shapes at a point have less total weight than this, all shapes are counted, as in the average.
+const LEAST_VOTE: f64 = 1e-3;
 
 /// Deformations of shapes onto their average.
 #[derive(Clone, Debug)]
@@ -15,6 +19,8 @@ pub struct Average<const D: usize> {
     grid: Grid<D>,
     displacements: Vec<VectorField<f64, D>>,
     indicators: Vec<ScalarField<f64, D>>,
+    /// Visibility masks; empty if all shapes are fully visible.
+    visibility: Vec<ScalarField<f64, D>>,
     weights: Vec<f64>,
     object: ScalarField<f64, D>,
     /// One minus the indicator of the object.
@@ -38,8 +44,23 @@ impl<const D: usize> Average<D> {
         indicators: Vec<ScalarField<f64, D>>,
         weights: Vec<f64>,
     ) -> Result<Self, PcaError> {
+        Self::of_visible(displacements, indicators, Vec::new(), weights)
+    }
+
+    /// The same of shapes of which parts are hidden, with a visibility mask of every shape (1 where it is
+    /// visible, 0 elsewhere), or with none: where some shapes are visible, the others do not count for the
+    /// average object.
+    ///
+    /// # Errors
+    /// As [`Average::new`].
+    pub fn of_visible(
+        displacements: Vec<VectorField<f64, D>>,
+        indicators: Vec<ScalarField<f64, D>>,
+        visibility: Vec<ScalarField<f64, D>>,
+        weights: Vec<f64>,
+    ) -> Result<Self, PcaError> {
         let alone = Distribution::alone(displacements.len());
-        Self::over(alone, displacements, indicators, weights)
+        Self::over(alone, displacements, indicators, visibility, weights)
     }
 
     /// The same on several processes. Collective.
@@ -47,6 +68,7 @@ impl<const D: usize> Average<D> {
         distribution: Distribution,
         displacements: Vec<VectorField<f64, D>>,
         indicators: Vec<ScalarField<f64, D>>,
+        visibility: Vec<ScalarField<f64, D>>,
         weights: Vec<f64>,
     ) -> Result<Self, PcaError> {
         let n = displacements.len();
@@ -66,6 +88,17 @@ impl<const D: usize> Average<D> {
         if let Some(index) = indicators.iter().position(|chi| *chi.grid() != grid) {
             return Err(PcaError::Fields { what, index });
         }
+        let what = "visibility mask";
+        if !visibility.is_empty() && visibility.len() != n {
+            let index = visibility.len().min(n);
+            return Err(PcaError::Fields { what, index });
+        }
+        if let Some(index) = visibility.iter().position(|eta| *eta.grid() != grid) {
+            return Err(PcaError::Fields { what, index });
+        }
+        if let Some(index) = visibility.iter().position(|eta| !is_share(eta.as_slice())) {
+            return Err(PcaError::Visibility { index });
+        }
         let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
         let wrong = displacements.iter().position(|u| !finite(u.as_slice()));
         if let Some(index) = wrong {
@@ -81,19 +114,24 @@ impl<const D: usize> Average<D> {
             let expected = n;
             return Err(PcaError::Weights { expected, weights });
         }
-        let mut object = ScalarField::zeros(grid);
-        let mut add = |i: usize, pushed: &[f64]| {
-            fe_grid::vector::axpy(weights[i], pushed, object.as_mut_slice());
-        };
         let pushed = |i: usize| push_forward(&indicators[i], &displacements[i], 0.0).into_vec();
-        if distribution.is_alone() {
-            // One after the other: they take no memory together.
-            (0..n).for_each(|i| add(i, &pushed(i)));
-        } else {
-            let own = distribution.own().map(pushed).collect();
-            let all = distribution.share_vectors(own, grid.n_nodes());
-            all.iter().enumerate().for_each(|(i, all)| add(i, all));
+        let mut object = weighted_sum(&distribution, &weights, grid.n_nodes(), &pushed);
+        if !visibility.is_empty() {
+            // Outside of the box, which is empty, a shape is visible.
+            let seen = |i: usize| push_forward(&visibility[i], &displacements[i], 1.0).into_vec();
+            let both = |i: usize| {
+                let pairs = pushed(i).into_iter().zip(seen(i));
+                pairs.map(|(chi, eta)| chi * eta).collect()
+            };
+            let votes = weighted_sum(&distribution, &weights, grid.n_nodes(), &seen);
+            let inside = weighted_sum(&distribution, &weights, grid.n_nodes(), &both);
+            for (object, (inside, votes)) in object.iter_mut().zip(inside.iter().zip(votes)) {
+                if votes > LEAST_VOTE {
+                    *object = inside / votes;
+                }
+            }
         }
+        let object = ScalarField::from_vec(grid, object)?;
         if !object.as_slice().iter().any(|&x| x > 0.5) {
             return Err(PcaError::EmptyObject);
         }
@@ -102,6 +140,7 @@ impl<const D: usize> Average<D> {
             distribution,
             displacements,
             indicators,
+            visibility,
             weights,
             outside: object.as_slice().iter().map(|x| 1.0 - x).collect(),
             rest: vec![0.0; D * grid.n_nodes()],
@@ -115,9 +154,10 @@ impl<const D: usize> Average<D> {
     /// Those of [`Average::new`].
     pub fn of_result(result: &AverageResult<D>, params: &AverageParams) -> Result<Self, PcaError> {
         let n = result.displacements.len();
-        Self::new(
+        Self::of_visible(
             result.displacements.clone(),
             result.shapes.indicators.clone(),
+            result.shapes.seen().to_vec(),
             params.resolved_weights(n),
         )
     }
@@ -137,11 +177,12 @@ impl<const D: usize> Average<D> {
     ///
     /// # Errors
     /// Those of [`Average::new`].
-    pub(crate) fn with(&self, displacements: Vec<VectorField<f64, D>>) -> Result<Self, PcaError> {
+    pub fn with(&self, displacements: Vec<VectorField<f64, D>>) -> Result<Self, PcaError> {
         Self::over(
             self.distribution.clone(),
             displacements,
             self.indicators.clone(),
+            self.visibility.clone(),
             self.weights.clone(),
         )
     }
@@ -190,8 +231,9 @@ impl<const D: usize> Average<D> {
         &self.indicators
     }
 
-    /// Returns the smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`; its
-    /// level 1/2 is the average shape.
+    /// Returns the smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`, where parts are
+    /// hidden `sum_i lambda_i (eta_i chi_i) o phi_i^-1 / sum_i lambda_i eta_i o phi_i^-1` with the visibility masks
+    /// `eta_i`; its level 1/2 is the average shape.
     pub fn object(&self) -> &ScalarField<f64, D> {
         &self.object
     }
@@ -240,4 +282,31 @@ impl<const D: usize> Average<D> {
             indicator: self.indicators[i].as_slice(),
         }
     }
+}
+
+fn is_share(values: &[f64]) -> bool {
+    values.iter().all(|x| (0.0..=1.0).contains(x))
+}
+
+/// The weighted sum of a vector of every shape. Collective.
+fn weighted_sum(
+    distribution: &Distribution,
+    weights: &[f64],
+    len: usize,
+    of_shape: &dyn Fn(usize) -> Vec<f64>,
+) -> Vec<f64> {
+    let mut sum = vec![0.0; len];
+    if distribution.is_alone() {
+        // One after the other: they take no memory together.
+        for (i, weight) in weights.iter().enumerate() {
+            axpy(*weight, &of_shape(i), &mut sum);
+        }
+    } else {
+        let own = distribution.own().map(of_shape).collect();
+        let all = distribution.share_vectors(own, len);
+        for (weight, x) in weights.iter().zip(&all) {
+            axpy(*weight, x, &mut sum);
+        }
+    }
+    sum
 }

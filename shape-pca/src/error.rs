@@ -36,6 +36,12 @@ pub enum PcaError {
         /// Index of the shape.
         index: usize,
     },
+    /// A visibility mask has values that are no shares.
+    #[error("the visibility mask of shape {index} has values outside of 0 to 1")]
+    Visibility {
+        /// Index of the shape.
+        index: usize,
+    },
     /// The weights are not a convex combination of the shapes.
     #[error("expected {expected} nonnegative weights with sum 1, found {weights:?}")]
     Weights {

@@ -65,6 +65,7 @@ mod push;
 mod quality;
 mod random;
 mod rigid;
+mod sample;
 mod space;
 mod variation;
 
@@ -90,6 +91,7 @@ pub use product::object_product;
 pub use push::push_forward;
 pub use quality::Quality;
 pub use rigid::RigidMotions;
+pub use sample::SampleSize;
 pub use space::ModeSpace;
 pub use variation::Variation;
 

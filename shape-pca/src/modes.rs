@@ -2,6 +2,7 @@
 
 use crate::error::PcaError;
 use crate::mahalanobis::Mahalanobis;
+use crate::sample::SampleSize;
 use fe_grid::mutant;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
@@ -127,7 +128,7 @@ pub struct Scores {
 impl Scores {
     /// Computes the scores from the products `g(u, y_j)`, the square `g(u, u)`, the eigenvalues of
     /// the modes and the number of training shapes.
-    pub fn new(products: &[f64], square: f64, eigenvalues: &[f64], n_shapes: usize) -> Self {
+    pub fn new(products: &[f64], square: f64, eigenvalues: &[f64], sample: SampleSize) -> Self {
         let scores: Vec<f64> = products
             .iter()
             .zip(eigenvalues)
@@ -140,7 +141,7 @@ impl Scores {
             errors.push(left.max(0.0).sqrt());
         }
         Self {
-            mahalanobis: Mahalanobis::new(&scores, eigenvalues, n_shapes),
+            mahalanobis: Mahalanobis::new(&scores, eigenvalues, sample),
             norm: square.max(0.0).sqrt(),
             scores,
             errors,

@@ -9,6 +9,7 @@ use crate::modes::{Modes, Scores};
 use crate::operator::Compound;
 use crate::params::PcaParams;
 use crate::product::object_product;
+use crate::sample::SampleSize;
 use crate::space::ModeSpace;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, dot};
@@ -111,15 +112,16 @@ impl<const D: usize> Pca<D> {
             mean,
             eigenvalues: modes.eigenvalues[..modes.rank()].to_vec(),
             fields: fields.collect(),
-            n_shapes: weights.len(),
+            sample: SampleSize::of_weights(weights),
         };
         let own = distribution.own().map(|i| &displacements[i]);
         let products = own.map(|u| space.products(compound, u)).collect();
         let products = distribution.share_vectors(products, space.fields.len() + 1);
-        let training = products.iter().map(|own| {
+        let training = products.iter().enumerate().map(|(i, own)| {
             let scores = space.scores_of(own);
+            let others = SampleSize::without(weights, i);
             Scores {
-                mahalanobis: scores.mahalanobis.of_training(space.n_shapes),
+                mahalanobis: scores.mahalanobis.of_training(weights[i], others),
                 ..scores
             }
         });

@@ -7,6 +7,7 @@
 use crate::error::PcaError;
 use crate::modes::{Modes, Scores};
 use crate::random::Normal;
+use crate::sample::SampleSize;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -29,33 +30,49 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Computes the measures for displacements with this Gram matrix, all of equal weight; centring
-    /// does not matter. Distances are those of the inner product of the matrix.
+    /// Computes the measures for displacements with this Gram matrix and these weights; centring
+    /// does not matter. Distances are those of the inner product of the matrix, and means those of the weights: shapes
+    /// of weight zero have scores, but influence nothing else.
     ///
     /// # Errors
     /// [`PcaError::NoVariation`] if there is no variation without one of the shapes;
     /// [`PcaError::TooFewShapes`].
     ///
     /// # Panics
-    /// Unless the matrix is square.
-    pub fn new(gram: &DMatrix<f64>, zero: f64, most: usize) -> Result<Self, PcaError> {
-        let n = gram.nrows();
-        assert!(gram.is_square());
-        if n < 2 {
-            return Err(PcaError::TooFewShapes { found: n });
+    /// Unless the matrix has a row and a column for each weight.
+    pub fn new(
+        gram: &DMatrix<f64>,
+        weights: &[f64],
+        zero: f64,
+        most: usize,
+    ) -> Result<Self, PcaError> {
+        let n = weights.len();
+        assert_eq!(
+            gram.shape(),
+            (n, n),
+            "a row, a column and a weight for each shape"
+        );
+        let counted: Vec<usize> = (0..n).filter(|&i| weights[i] > 0.0).collect();
+        if counted.len() < 2 {
+            return Err(PcaError::TooFewShapes {
+                found: counted.len(),
+            });
         }
-        let all: Vec<usize> = (0..n).collect();
-        let centred = centred(gram, &all);
-        let modes = Modes::new(&centred, &vec![1.0 / n as f64; n], zero, most)?;
-        let left_out: Result<Vec<Scores>, PcaError> =
-            (0..n).map(|i| leave_out(gram, i, zero, most)).collect();
+        let (gram_of_counted, shares) = (part(gram, &counted), shares(weights, &counted));
+        let all: Vec<usize> = (0..counted.len()).collect();
+        let centred = centred(&gram_of_counted, &all, &shares);
+        let modes = Modes::new(&centred, &shares, zero, most)?;
+        let left_out: Result<Vec<Scores>, PcaError> = (0..n)
+            .map(|i| leave_out(gram, weights, i, zero, most))
+            .collect();
         let left_out = left_out?;
         let longest = left_out.iter().map(|s| s.errors.len()).max().unwrap_or(0);
         let generalisation = (0..longest)
             .map(|m| {
                 let error = |s: &Scores| s.errors[m.min(s.errors.len() - 1)];
-                let sum: f64 = left_out.iter().map(|s| error(s).powi(2)).sum();
-                (sum / n as f64).sqrt()
+                let squares = counted.iter().zip(&shares);
+                let squares = squares.map(|(&i, share)| share * error(&left_out[i]).powi(2));
+                squares.sum::<f64>().sqrt()
             })
             .collect();
         Ok(Self {
@@ -67,27 +84,49 @@ impl Quality {
     }
 }
 
-/// Computes the Gram matrix of all displacements minus the mean of some.
-fn centred(gram: &DMatrix<f64>, some: &[usize]) -> DMatrix<f64> {
+/// The weights of some shapes relative to their sum.
+fn shares(weights: &[f64], some: &[usize]) -> Vec<f64> {
+    let sum: f64 = some.iter().map(|&i| weights[i]).sum();
+    some.iter().map(|&i| weights[i] / sum).collect()
+}
+
+/// The rows and columns of some shapes.
+fn part(matrix: &DMatrix<f64>, some: &[usize]) -> DMatrix<f64> {
+    let n = some.len();
+    DMatrix::from_fn(n, n, |a, b| matrix[(some[a], some[b])])
+}
+
+/// Computes the Gram matrix of all displacements minus the mean of some, with their shares in it.
+fn centred(gram: &DMatrix<f64>, some: &[usize], shares: &[f64]) -> DMatrix<f64> {
     let n = gram.nrows();
-    let m = some.len() as f64;
-    let row: Vec<f64> = (0..n)
-        .map(|i| some.iter().map(|&j| gram[(i, j)]).sum::<f64>() / m)
-        .collect();
-    let mean = some.iter().map(|&i| row[i]).sum::<f64>() / m;
-    DMatrix::from_fn(n, n, |i, j| gram[(i, j)] - row[i] - row[j] + mean)
+    let mean = |of: &dyn Fn(usize) -> f64| -> f64 {
+        some.iter()
+            .zip(shares)
+            .map(|(&j, share)| share * of(j))
+            .sum()
+    };
+    let row: Vec<f64> = (0..n).map(|i| mean(&|j| gram[(i, j)])).collect();
+    let all = mean(&|i| row[i]);
+    DMatrix::from_fn(n, n, |i, j| gram[(i, j)] - row[i] - row[j] + all)
 }
 
 /// Computes the scores of a shape in the modes of the others.
-fn leave_out(gram: &DMatrix<f64>, i: usize, zero: f64, most: usize) -> Result<Scores, PcaError> {
-    let others: Vec<usize> = (0..gram.nrows()).filter(|&j| j != i).collect();
-    let n = others.len();
-    let centred = centred(gram, &others);
-    let own = DMatrix::from_fn(n, n, |a, b| centred[(others[a], others[b])]);
-    if n < 2 {
-        return Ok(Scores::new(&[], centred[(i, i)], &[], n));
+fn leave_out(
+    gram: &DMatrix<f64>,
+    weights: &[f64],
+    i: usize,
+    zero: f64,
+    most: usize,
+) -> Result<Scores, PcaError> {
+    let others: Vec<usize> = (0..weights.len())
+        .filter(|&j| j != i && weights[j] > 0.0)
+        .collect();
+    let (sample, shares) = (SampleSize::without(weights, i), shares(weights, &others));
+    let centred = centred(gram, &others, &shares);
+    if others.len() < 2 {
+        return Ok(Scores::new(&[], centred[(i, i)], &[], sample));
     }
-    let modes = Modes::new(&own, &vec![1.0 / n as f64; n], zero, most)?;
+    let modes = Modes::new(&part(&centred, &others), &shares, zero, most)?;
     let product = |combination: &Vec<f64>| -> f64 {
         let terms = combination.iter().zip(&others);
         terms.map(|(a, &j)| a * centred[(i, j)]).sum()
@@ -97,7 +136,7 @@ fn leave_out(gram: &DMatrix<f64>, i: usize, zero: f64, most: usize) -> Result<Sc
         &products,
         centred[(i, i)],
         &modes.eigenvalues,
-        n,
+        sample,
     ))
 }
 

@@ -6,6 +6,7 @@ use crate::metric::dual;
 use crate::modes::Scores;
 use crate::operator::{Compound, representation};
 use crate::params::PcaParams;
+use crate::sample::SampleSize;
 use crate::variation::Variation;
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{ScalarField, VectorField};
@@ -24,7 +25,7 @@ pub struct ModeSpace<const D: usize> {
     /// The modes `y_j`, orthonormal.
     pub fields: Vec<VectorField<f64, D>>,
     /// Number of training shapes.
-    pub n_shapes: usize,
+    pub sample: SampleSize,
 }
 
 impl<const D: usize> ModeSpace<D> {
@@ -50,7 +51,7 @@ impl<const D: usize> ModeSpace<D> {
     /// Computes the scores from these [products](Self::products).
     pub fn scores_of(&self, products: &[f64]) -> Scores {
         let (square, products) = products.split_last().unwrap_or((&0.0, &[]));
-        Scores::new(products, *square, &self.eigenvalues, self.n_shapes)
+        Scores::new(products, *square, &self.eigenvalues, self.sample)
     }
 
     /// Computes the centred displacement of a new shape that has been deformed onto the average.

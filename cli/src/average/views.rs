@@ -41,7 +41,7 @@ pub(super) fn read<const D: usize>(
     let all = Path::new(ALL);
     let read = |path: &PathBuf| {
         let view = (path != all).then(|| read_view(path, sources, OPTION));
-        view.transpose()
+        view.transpose().map(Option::flatten)
     };
     valid.iter().map(read).collect()
 }

@@ -14,7 +14,7 @@ use super::record::{record, summary};
 use super::strain::{self, Strains, write_maps};
 use crate::error::CliError;
 use crate::output::energy::write_energy;
-use crate::output::names::{DISPLACEMENT, INPUT};
+use crate::output::names::{DISPLACEMENT, INPUT, VISIBILITY};
 use crate::output::npy::Precision;
 use crate::output::surface::PointArray;
 use crate::output::vti::VtiFile;
@@ -140,6 +140,10 @@ fn write_arrays<const D: usize>(
     directory.object("average_mask.npy", &result.average_mask, 0.5)?;
     directory.deformations("deformation", 0, &result.displacements)?;
     write_phase_fields(directory, outcome)?;
+    let seen = shapes.seen().iter().enumerate();
+    directory.for_each(seen, &|(i, seen)| {
+        directory.array(numbered(VISIBILITY, i, "npy"), seen)
+    })?;
     let stiffness = outcome.config.params.void_stiffness;
     directory.for_each(shapes.indicators.iter().enumerate(), &|(i, indicator)| {
         let mut weight = indicator.clone();

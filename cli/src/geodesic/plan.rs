@@ -58,8 +58,10 @@ fn plan_images<const D: usize>(
     let align = config.occluded.is_some().then_some(Align::None);
     let view = |path: &Option<PathBuf>, option| {
         let path = path.as_deref();
-        path.map(|path| read_view(path, sources, option))
-            .transpose()
+        let view = path
+            .map(|path| read_view(path, sources, option))
+            .transpose();
+        view.map(Option::flatten)
     };
     let mut placed = Placed::by_default(images, &mut config.masks, align)?;
     let ends = [config.start.clone(), config.end.clone()];

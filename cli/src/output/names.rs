@@ -7,6 +7,9 @@ pub(crate) const MODE: &str = "mode_";
 pub(crate) const INPUT: &str = "input";
 pub(crate) const DISPLACEMENT: &str = "displacement";
 
+/// How the names of the visibility masks of inputs begin.
+pub(crate) const VISIBILITY: &str = "visibility";
+
 /// The boundary with the tests at its points, as a table and as a surface.
 pub(crate) const BOUNDARY: &str = "boundary";
 /// Its column of false discovery rates.

@@ -104,7 +104,12 @@ impl Command for PcaConfig {
         watch.finish();
         session.ended(checkpointer);
         Ok(Outcome {
-            quality: Quality::new(&pca.gram, params.zero_eigenvalue, most)?,
+            quality: Quality::new(
+                &pca.gram,
+                stored.average.weights(),
+                params.zero_eigenvalue,
+                most,
+            )?,
             config,
             stored,
             continuation,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 use serde::Deserialize;
 use shape_average::{AverageParams, Mean, Solver};
-use shape_pca::{Average, ModeSpace, PcaParams};
+use shape_pca::{Average, ModeSpace, PcaParams, SampleSize};
 
 use super::args::PcaConfig;
 use super::components::{
@@ -16,6 +16,7 @@ use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::integrity::Sums;
 use crate::options::{Align, Frame, Size};
+use crate::output::names::VISIBILITY;
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
@@ -141,6 +142,9 @@ fn stored_average<const D: usize>(
         }
         indicators.push(weight);
     }
+    let visible = if config.valid.is_empty() { 0 } else { n };
+    let visibility = (0..visible).map(|i| fields.numbered_scalar::<D>(VISIBILITY, i));
+    let visibility = visibility.collect::<Result<Vec<_>, _>>()?;
     let first = record.input.first();
     let first =
         first.ok_or_else(|| unfit("it does not state the placement of its inputs".into()))?;
@@ -154,7 +158,7 @@ fn stored_average<const D: usize>(
         ..config.params
     };
     Ok(StoredAverage {
-        average: Average::new(displacements, indicators, weights)?,
+        average: Average::of_visible(displacements, indicators, visibility, weights)?,
         phase_field,
         image,
         components,
@@ -194,9 +198,7 @@ impl<const D: usize> StoredAverage<D> {
         let displacements = (0..self.average.n_shapes())
             .map(|i| fields.displacement(&grid, "deformation", i))
             .collect::<Result<Vec<_>, _>>()?;
-        let indicators = self.average.indicators().to_vec();
-        let weights = self.average.weights().to_vec();
-        let continued = Average::new(displacements, indicators, weights)?;
+        let continued = self.average.with(displacements)?;
         follow(&mut self.components, [&self.average, &continued]);
         for (c, component) in self.components.iter_mut().enumerate() {
             component.phase_field = fields.scalar(Path::new(&phase_field_name(c)))?;
@@ -346,7 +348,7 @@ fn stored_pca<const D: usize>(
         mean: fields.vector(&grid, Path::new("mean_displacement.npy"))?,
         eigenvalues: modes.eigenvalues[..modes.n_modes].to_vec(),
         fields: found,
-        n_shapes: average.average.n_shapes(),
+        sample: SampleSize::of_weights(average.average.weights()),
     };
     let quality = modes.quality.as_ref();
     Ok(StoredPca {

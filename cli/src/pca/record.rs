@@ -30,7 +30,7 @@ pub(super) struct Analysis<'a> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
     pub n_shapes: usize,
-    weights: &'a [f64],
+    pub weights: &'a [f64],
     /// The material of the average.
     #[serde(flatten)]
     law: LawSpec,
@@ -56,8 +56,8 @@ pub(super) struct Analysis<'a> {
     /// Of the training shapes.
     #[serde(flatten)]
     pub distances: Distances,
-    /// Square root of the weighted mean square of their `mahalanobis_over_n`: `sqrt((n-1)/n)` with
-    /// all modes.
+    /// Square root of the weighted mean square of their `mahalanobis_over_n`: `sqrt(m/n)` with `m`
+    /// modes of `n` shapes whose weight is not zero.
     pub mahalanobis_over_n_rms: f64,
     /// For every shape, the distance between `(1 - u_k)(S)` and the shape after a rigid alignment:
     /// root mean square distance of the boundaries relative to that of the shape's boundary from

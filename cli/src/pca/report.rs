@@ -52,7 +52,7 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
     } else {
         "**not positive definite**"
     };
-    let n = found.n_shapes as f64;
+    let counted = found.weights.iter().filter(|weight| **weight > 0.0).count();
     let left_out = found.quality.left_out.iter();
     let largest = left_out.fold(0.0, |most, scores| {
         f64::max(most, scores.mahalanobis.distance)
@@ -81,9 +81,9 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
         ),
         format!(
             "Mahalanobis distances of the inputs, divided by sqrt(n): root mean square {:.4}; \
-             sqrt((n-1)/n) = {:.4}.",
+             sqrt(modes/n) = {:.4}, with the n inputs whose weight is not zero.",
             found.mahalanobis_over_n_rms,
-            ((n - 1.0) / n).sqrt()
+            (found.n_modes as f64 / counted as f64).sqrt()
         ),
         format!("Mahalanobis distances in the modes of the other inputs: at most {largest:.3}."),
     ]

@@ -167,7 +167,7 @@ fn record<const D: usize>(
         iterations: report.as_ref().map_or_else(Vec::new, |report| {
             report.steps.iter().map(|step| step.iterations).collect()
         }),
-        mahalanobis: Mahalanobis::new(&config.scores, &space.eigenvalues, space.n_shapes),
+        mahalanobis: Mahalanobis::new(&config.scores, &space.eigenvalues, space.sample),
         min_det: displaced.min_det,
         size: size(&displaced.shape)?,
         average_size: size(&displaced.outline)?,

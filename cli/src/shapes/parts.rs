@@ -13,7 +13,7 @@ use levelset::{Compact, Contour, ContourDistance, LevelsetError, Step};
 
 use super::{Input, distance, placed, placed_by};
 use crate::error::CliError;
-use shapespace_input::{Image, ReadOptions, Sources};
+use shapespace_input::{Image, InputError, ReadOptions, Sources};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -176,7 +176,7 @@ pub(crate) struct VisibilityMask<const D: usize> {
     pub option: &'static str,
 }
 
-/// Reads the visibility mask that an option names.
+/// Reads the visibility mask that an option names; none where it is bright everywhere, so that nothing is hidden.
 ///
 /// # Errors
 /// [`CliError`] for masks that cannot be read, or do not have `D` axes.
@@ -184,19 +184,23 @@ pub(crate) fn read_view<const D: usize>(
     path: &Path,
     sources: &Sources,
     option: &'static str,
-) -> Result<VisibilityMask<D>, CliError> {
+) -> Result<Option<VisibilityMask<D>>, CliError> {
     let refused = |remedy: &str| CliError::Option {
         option,
         value: format!("'{}'", path.display()),
         remedy: remedy.into(),
     };
-    match sources.read_image(path, &ReadOptions::default())?.of_type() {
+    let image = match sources.read_image(path, &ReadOptions::default()) {
+        Err(InputError::Full { .. }) => return Ok(None),
+        image => image?,
+    };
+    match image.of_type() {
         Some(Image {
             outline: Some(_), ..
         }) => Err(refused(
             "give an image: an outline or a surface does not tell what is visible",
         )),
-        Some(image) => Ok(VisibilityMask { image, option }),
+        Some(image) => Ok(Some(VisibilityMask { image, option })),
         None => Err(refused(
             "give a mask with as many axes and values as the image of its shape",
         )),

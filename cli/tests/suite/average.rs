@@ -566,6 +566,19 @@ fn what_was_not_seen_is_not_missed() {
         area(&known) / area(&full) - 1.0,
         area(&blind) / area(&full) - 1.0,
     );
+    // A mask that is bright everywhere hides nothing.
+    place.write("bright.npy", &npy_f64(&[65, 65], &vec![1.0; 65 * 65]));
+    let bright = run(
+        "covered.npy",
+        &["--valid", "view.npy", "bright.npy", "all"],
+        "bright",
+    );
+    assert_eq!(area(&bright), area(&known));
+    // Nor do modes take the covered part for background: their object is the average.
+    succeeded(&place.compute(&["pca", "known", "-o", "modes"]));
+    let object = Results::read(&place.path("modes")).number("/object_size");
+    // Both are of interpolated fields, whose values at the nodes differ.
+    assert!((object / area(&known) - 1.0).abs() < 2e-3, "{object}");
     // What is hidden of one in three: without the mask the average loses a good part of it.
     assert!(
         known_change.abs() < 0.02 && blind_change < -0.04,

@@ -284,7 +284,7 @@ fn quality_is_measured() {
     let indicators = vec![blob(grid, 0.3); 5];
     let average = Average::new(displacements, indicators, vec![0.2; 5]).unwrap();
     let (_, pca) = analysed(&average, &PcaParams::default());
-    let quality = Quality::new(&pca.gram, 1e-10, usize::MAX).unwrap();
+    let quality = Quality::new(&pca.gram, &[0.2; 5], 1e-10, usize::MAX).unwrap();
     assert_eq!((quality.left_out.len(), quality.compactness.len()), (5, 4));
     assert!((quality.compactness[3] - 1.0).abs() < 1e-12);
     assert!(quality.generalisation.windows(2).all(|e| e[1] <= e[0]));

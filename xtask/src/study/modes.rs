@@ -399,7 +399,7 @@ fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
         squares.sum::<f64>() / count
     };
     let size = (hands.iter().map(spread).sum::<f64>() / n as f64).sqrt();
-    let quality = Quality::new(&gram, 1e-10, usize::MAX)?;
+    let quality = Quality::new(&gram, &vec![1.0 / n as f64; n], 1e-10, usize::MAX)?;
     Ok(quality.generalisation.iter().map(|e| e / size).collect())
 }
 

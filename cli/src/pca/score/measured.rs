@@ -150,7 +150,7 @@ impl<'a> Row<'a> {
 mod tests {
     use super::*;
     use fe_grid::{Grid, ScalarField};
-    use shape_pca::PcaParams;
+    use shape_pca::{PcaParams, SampleSize};
 
     #[test]
     fn numbers_are_all_of_it() {
@@ -162,7 +162,7 @@ mod tests {
             mean: field(0.1),
             eigenvalues: vec![0.5, 0.1],
             fields: vec![field(0.2), field(-0.3)],
-            n_shapes: 3,
+            sample: SampleSize::equal(3),
         };
         let outline = |x: f64| {
             let points = vec![[x, 0.1], [0.7, 0.3], [0.2, 0.6]];

@@ -355,11 +355,12 @@ fn summary<const D: usize>(record: &ScoreRecord<D>) -> Summary {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shape_pca::SampleSize;
 
     #[test]
     fn shapes_beside_the_modes_are_doubtful() {
         let doubt = |[first, last]: [f64; 2], left_out: Option<f64>| {
-            let mut scores = Scores::new(&[], first * first, &[], 9);
+            let mut scores = Scores::new(&[], first * first, &[], SampleSize::equal(9));
             scores.errors.push(last);
             doubt_of_residual(&scores, left_out)
         };

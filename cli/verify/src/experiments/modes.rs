@@ -1,7 +1,7 @@
 //! Covariance analysis of displacements, and its misprinted normalisation.
 
 use nalgebra::DMatrix;
-use shape_pca::{Modes, PcaError, Scores};
+use shape_pca::{Modes, PcaError, SampleSize, Scores};
 
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
@@ -51,7 +51,12 @@ fn analysed(factor: f64) -> Result<[f64; 2], PcaError> {
     let mut square = 0.0;
     for u in x.column_iter() {
         let g: Vec<f64> = (fields.transpose() * u).iter().copied().collect();
-        let scores = Scores::new(&g, u.norm_squared(), &modes.eigenvalues, n);
+        let scores = Scores::new(
+            &g,
+            u.norm_squared(),
+            &modes.eigenvalues,
+            SampleSize::equal(n),
+        );
         square += scores.mahalanobis.over_n.powi(2) / n as f64;
     }
     Ok([products[(0, 0)], square.sqrt()])
