@@ -1,6 +1,6 @@
 //! Doubts in `result.json`, on the terminal and in the report.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use levelset::verdict::worst;
 use levelset::{Cause, Doubt, Limit};
@@ -264,6 +264,20 @@ pub(crate) fn named_by_label<'a>(
         .collect()
 }
 
+/// The doubts about inputs whose files equal earlier ones, by their checksums, as far as these are known.
+pub(crate) fn of_repeated<'a>(sums: impl IntoIterator<Item = Option<&'a str>>) -> Vec<Doubt> {
+    let mut known: HashMap<&str, usize> = HashMap::new();
+    let mut doubts = Vec::new();
+    for (shape, sum) in sums.into_iter().enumerate() {
+        let Some(sum) = sum else { continue };
+        let earlier = known.entry(sum).or_default();
+        let doubt = Doubt::check(Cause::Repeated, *earlier as f64);
+        doubts.extend(doubt.map(|doubt| doubt.about(shape)));
+        *earlier += 1;
+    }
+    doubts
+}
+
 /// The doubt about a result that is computed from one with these doubts.
 pub(crate) fn of_source(doubts: &[DoubtRecord]) -> Option<Doubt> {
     Doubt::check(Cause::Source, doubts.len() as f64)
@@ -461,6 +475,16 @@ mod tests {
             doubt.of_one_start().remedy,
             "use --align rigid if positions do not matter"
         );
+    }
+
+    #[test]
+    fn repeated_inputs_are_named() {
+        let sums = [Some("a"), None, Some("b"), Some("a"), None, Some("a")];
+        let found = of_repeated(sums)
+            .into_iter()
+            .map(|doubt| (doubt.shape, doubt.figure));
+        let found: Vec<_> = found.collect();
+        assert_eq!(found, [(Some(3), 1.0), (Some(5), 2.0)]);
     }
 
     #[test]

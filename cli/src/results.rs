@@ -5,9 +5,10 @@ use std::path::Path;
 use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 use crate::error::CliError;
-use crate::integrity::Sums;
+use crate::integrity::{INPUT_SUM, Sums};
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
 use shapespace_input::dimension::Dim;
@@ -105,6 +106,17 @@ pub(crate) fn stored_grid<const D: usize>(size: &[usize], spacing: Option<f64>) 
         .filter(|spacing| !is_usual(spacing))
         .unwrap_or(usual);
     Grid::with_nodes(nodes, spacing).ok()
+}
+
+/// The checksums of the inputs in the record of a directory, as far as it has any.
+///
+/// # Errors
+/// The reason why it has no record.
+pub(crate) fn read_input_sums(directory: &Path) -> Result<Vec<Option<String>>, String> {
+    let record: Value = read_contents(directory)?;
+    let inputs = record["input"].as_array();
+    let sum = |input: &Value| input[INPUT_SUM].as_str().map(str::to_owned);
+    Ok(inputs.map_or_else(Vec::new, |all| all.iter().map(sum).collect()))
 }
 
 impl<'a> ResultFields<'a> {

@@ -61,6 +61,8 @@ pub enum Cause {
     TriangleInequality,
     /// The least p-value that groups of these sizes can have.
     GroupSizes,
+    /// Inputs that equal other ones, where every input counts as an independent shape.
+    Repeated,
     /// The velocity of a boundary beside the one that it should have.
     BoundaryVelocity,
     /// The estimated error of a finite grid.
@@ -126,7 +128,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 41] = [
+const CRITERIA: [Criterion; 42] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -367,6 +369,14 @@ const CRITERIA: [Criterion; 41] = [
         reason: "A permutation test of two groups of three shapes has ten different relabellings: no \
                  difference, however large, has a p-value below 1/10.",
         remedy: "add shapes: two groups of four can have 1/35, three and five 1/56",
+    },
+    Criterion {
+        cause: Cause::Repeated,
+        figure: "earlier inputs whose files have the same contents",
+        limit: Limit::AtMost(0.0),
+        reason: "Variances, scores and p-values count every input as a shape of its own, drawn independently of \
+                 the others: three copies of six shapes have the p-values of eighteen.",
+        remedy: "give every file once, and a shape that is to count for more a larger weight (`average --weights`)",
     },
     Criterion {
         cause: Cause::BoundaryVelocity,

@@ -33,7 +33,7 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// As [`read`], and for bytes that are not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path, TEXT)?)
-        .map_err(|_| Error::new(ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
+        .map_err(|_| Error::new(ErrorKind::InvalidData, "it is not text in UTF-8"))
 }
 
 /// The length of a regular file.

@@ -10,7 +10,7 @@ use super::CompareConfig;
 use super::source::Kind;
 use super::table::LeftOut;
 use super::tests::{Found, OfModes, Outcome};
-use crate::doubts::{named, of_source};
+use crate::doubts::{named, of_repeated, of_source};
 use crate::report;
 use crate::shapes::WorldFrame;
 use crate::summary::Summary;
@@ -153,8 +153,10 @@ pub(super) fn record<'a, const D: usize>(
         Doubt::check(Cause::GroupSizes, least),
         of_source(&compared.doubts),
     ];
-    let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
-    Record::new("complete", grid, config, body, named(&doubts, []), start).within(world)
+    let repeated = of_repeated(compared.sums.iter().map(Option::as_deref));
+    let doubts: Vec<Doubt> = doubts.into_iter().flatten().chain(repeated).collect();
+    let doubts = named(&doubts, compared.names.iter().map(|name| &**name));
+    Record::new("complete", grid, config, body, doubts, start).within(world)
 }
 
 fn boundary<const D: usize>(

@@ -29,6 +29,8 @@ pub(crate) struct Compared<const D: usize> {
     pub(super) labelled: Labelled,
     /// The doubts about it.
     pub(super) doubts: Vec<DoubtRecord>,
+    /// The checksums of the files of its shapes, as far as they are known.
+    pub(super) sums: Vec<Option<String>>,
 }
 
 /// The scores in the record of an analysis.
@@ -53,6 +55,8 @@ struct StoredDistances {
 struct Named {
     name: String,
     path: PathBuf,
+    #[serde(default)]
+    sha256: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -121,6 +125,7 @@ fn of_modes<const D: usize>(
         labelled: read_table(config, &known)?,
         names: scores.shapes.clone(),
         doubts: modes.doubts.clone(),
+        sums: modes.average.input_sums.clone(),
         kind: Kind::Modes(Box::new(modes), scores),
     })
 }
@@ -135,9 +140,29 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
                 .into(),
         });
     }
+    if let Some(covariate) = config.covariates.first() {
+        return Err(CliError::Option {
+            option: "--covariates",
+            value: covariate.clone(),
+            remedy: "leave it out: this is a result of `shapespace distances`, and regressions need the scores of \
+                     `shapespace pca`"
+                .into(),
+        });
+    }
+    if let Some(average) = &config.average {
+        return Err(CliError::Option {
+            option: "--average",
+            value: average.display().to_string(),
+            remedy:
+                "leave it out: this is a result of `shapespace distances`, which has no average"
+                    .into(),
+        });
+    }
     let found: StoredDistances =
         read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;
+    let sums = found.input.iter().map(|input| input.sha256.clone());
+    let sums: Vec<Option<String>> = sums.collect();
     let (names, files): (Vec<String>, Vec<PathBuf>) =
         found.input.into_iter().map(|i| (i.name, i.path)).unzip();
     let known = Known {
@@ -163,5 +188,6 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
         names: names.clone(),
         labelled: labelled.clone(),
         doubts: found.doubts.clone(),
+        sums,
     }))
 }

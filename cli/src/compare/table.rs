@@ -1,6 +1,7 @@
 //! The table of groups and covariates.
 
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -31,6 +32,19 @@ pub(super) struct Covariate {
     pub name: String,
     pub values: Vec<f64>,
 }
+
+/// A line of the table.
+#[derive(Clone, Debug)]
+struct Line {
+    /// Its number.
+    at: u64,
+    cells: Vec<String>,
+}
+
+/// Why a constant column is no covariate.
+const EQUAL: &str = "all its values are equal";
+/// How the reason ends where a number has a comma.
+const COMMA: &str = "has a comma: write decimal points, and no separators of thousands";
 
 /// Numbers of covariates are below this, so that their squares are numbers, too.
 const MOST: f64 = 1e100;
@@ -67,7 +81,10 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         remedy: remedy.into(),
     };
     let text = read_text(path).map_err(|error| {
-        let remedy = "give a CSV file with a header and a line for every shape";
+        let remedy = match error.kind() {
+            ErrorKind::InvalidData => "save it as a CSV file with the encoding UTF-8",
+            _ => "give a CSV file with a header and a line for every shape",
+        };
         wrong(0, format!("it cannot be read: {error}"), remedy)
     })?;
     let mut reader = table_reader(&text, true);
@@ -82,6 +99,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         .iter()
         .map(String::from)
         .collect();
+    check_header(&header).map_err(|(message, remedy)| wrong(1, message, remedy))?;
     let columns = header.join(", ");
     let column = |name: &str| {
         let place = |fits: &dyn Fn(&String) -> bool| header.iter().skip(1).position(fits);
@@ -94,16 +112,25 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             .ok_or_else(|| wrong(1, message, &remedy))
     };
     let of_group = column(&config.column)?;
-    let mut lines: Vec<Option<Vec<String>>> = vec![None; known.names.len()];
+    let mut lines: Vec<Option<Line>> = vec![None; known.names.len()];
     let finder = Finder::new(known);
     let mut ignored = 0;
     for line in reader.records() {
         let line = line.map_err(unreadable)?;
         let cells: Vec<String> = line.iter().map(String::from).collect();
         let at = line.position().map_or(0, csv::Position::line);
-        let Some(shape) = finder.find(&cells[0]) else {
-            ignored += 1;
-            continue;
+        let shape = match finder.find(&cells[0]) {
+            [] => {
+                ignored += 1;
+                continue;
+            }
+            [shape] => *shape,
+            several => {
+                let names = several.iter().map(|&i| &*known.names[i]);
+                let names = names.collect::<Vec<_>>().join("' and '");
+                let message = format!("'{}' may be '{names}'", cells[0]);
+                return Err(wrong(at, message, "give more of its path"));
+            }
         };
         if lines[shape].is_some() {
             let message = format!("'{}' stands in two lines", known.names[shape]);
@@ -113,7 +140,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             let message = format!("'{}' has no group", cells[0]);
             return Err(wrong(at, message, "name its group"));
         }
-        lines[shape] = Some(cells);
+        lines[shape] = Some(Line { at, cells });
     }
     let missing: Vec<&str> = (0..lines.len())
         .filter(|&i| lines[i].is_none())
@@ -135,38 +162,38 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             "name every shape in the first column, by its file or by its name in the result";
         return Err(wrong(0, message, remedy));
     }
-    let lines: Vec<Vec<String>> = lines.into_iter().flatten().collect();
-    let classes = Classes::numbered(lines.iter().map(|line| line[of_group].clone()));
+    let lines: Vec<Line> = lines.into_iter().flatten().collect();
+    let classes = Classes::numbered(lines.iter().map(|line| line.cells[of_group].clone()));
     let groups = Groups::new(classes.of_input).map_err(|error: GroupError| {
         let remedy = "a comparison needs two groups, and two shapes in one of them";
         wrong(0, format!("column '{}': {error}", config.column), remedy)
     })?;
-    let number = |cell: &String| cell.parse().ok().filter(|x: &f64| x.abs() < MOST);
-    let numbers =
-        |at: usize| -> Option<Vec<f64>> { lines.iter().map(|line| number(&line[at])).collect() };
+    let numbers = |at: usize| -> Result<Vec<f64>, (usize, String)> {
+        let cells = lines.iter().map(|line| &*line.cells[at]).enumerate();
+        cells
+            .map(|(shape, cell)| {
+                number(cell, &known.names[shape]).map_err(|reason| (shape, reason))
+            })
+            .collect()
+    };
     let (mut covariates, mut left_out) = (Vec::new(), Vec::new());
     if config.covariates.is_empty() {
         for at in (1..header.len()).filter(|&at| at != of_group) {
             let name = header[at].clone();
             match numbers(at) {
                 // A constant says nothing; asked for, it is an error.
-                Some(values) if values.iter().all(|x| *x == values[0]) => {
-                    let reason = "all its values are equal".into();
+                Ok(values) if is_constant(&values) => {
+                    let reason = EQUAL.into();
                     left_out.push(LeftOut { name, reason });
                 }
-                Some(values) => covariates.push(Covariate { name, values }),
-                None => {
-                    let others: Vec<usize> = (0..lines.len())
-                        .filter(|&shape| number(&lines[shape][at]).is_none())
-                        .collect();
-                    let shape = &known.names[others[0]];
-                    let cell = &lines[others[0]][at];
-                    let reason = if cell.replacen(',', ".", 1).parse::<f64>().is_ok() {
-                        format!("'{cell}' of '{shape}' has a decimal comma: write points")
-                    } else if others.len() == lines.len() {
+                Ok(values) => covariates.push(Covariate { name, values }),
+                Err((_, reason)) => {
+                    let is_number = |line: &Line| line.cells[at].parse::<f64>().is_ok();
+                    let none = !reason.ends_with(COMMA) && !lines.iter().any(is_number);
+                    let reason = if none {
                         "it has no numbers".into()
                     } else {
-                        format!("the cell of '{shape}' is not a number")
+                        reason
                     };
                     left_out.push(LeftOut { name, reason });
                 }
@@ -180,14 +207,15 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             let message = format!("the covariate '{name}' is asked for twice");
             return Err(wrong(1, message, "name every covariate once"));
         }
-        let values = numbers(at).ok_or_else(|| {
-            let message = format!("the column '{name}' has a cell that is not a number");
-            wrong(
-                0,
-                message,
-                "a covariate needs a number for every shape of the result",
-            )
+        let values = numbers(at).map_err(|(shape, reason)| {
+            let message = format!("covariate '{name}': {reason}");
+            let remedy = "a covariate needs a number for every shape of the result";
+            wrong(lines[shape].at, message, remedy)
         })?;
+        if is_constant(&values) {
+            let message = format!("covariate '{name}': {EQUAL}");
+            return Err(wrong(0, message, "leave it out of --covariates"));
+        }
         covariates.push(Covariate {
             name: name.clone(),
             values,
@@ -225,6 +253,45 @@ fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliErr
     })
 }
 
+/// Checks the names of the columns; otherwise a message and a remedy.
+fn check_header(header: &[String]) -> Result<(), (String, &'static str)> {
+    if header.iter().all(String::is_empty) {
+        let remedy = "give a CSV file with a header and a line for every shape";
+        return Err(("it is empty".into(), remedy));
+    }
+    if header[0].starts_with("sep=") {
+        let message = format!("'{}' is no header but a hint for spreadsheets", header[0]);
+        return Err((message, "leave this line out"));
+    }
+    let mut others = header.iter().enumerate().skip(1);
+    let twice = others.find(|(i, name)| !name.is_empty() && header[1..*i].contains(name));
+    match twice {
+        Some((_, name)) => {
+            let message = format!("it has two columns '{name}'");
+            Err((message, "rename one of them, or leave it out"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The number in a cell of a shape; otherwise why there is none.
+fn number(cell: &str, shape: &str) -> Result<f64, String> {
+    match cell.parse::<f64>() {
+        Ok(x) if x.abs() < MOST => Ok(x),
+        Ok(x) if x.is_finite() => Err(format!("'{cell}' of '{shape}' is too large")),
+        Ok(_) => Err(format!("'{cell}' of '{shape}' is not a finite number")),
+        Err(_) if cell.contains(',') && cell.replace(',', "").parse::<f64>().is_ok() => {
+            Err(format!("'{cell}' of '{shape}' {COMMA}"))
+        }
+        Err(_) if cell.is_empty() => Err(format!("the cell of '{shape}' is empty")),
+        Err(_) => Err(format!("'{cell}' of '{shape}' is not a number")),
+    }
+}
+
+fn is_constant(values: &[f64]) -> bool {
+    values.iter().all(|x| *x == values[0])
+}
+
 /// Shapes by the cells of a table.
 struct Finder<'a> {
     names: HashMap<&'a str, Vec<usize>>,
@@ -243,14 +310,12 @@ impl<'a> Finder<'a> {
         }
     }
 
-    /// The only shape of this name: its name in the result, its file or the end of its path, or the name of its
+    /// The shapes of this name: their name in the result, their file or the end of its path, or the name of their
     /// file without extension.
-    fn find(&self, name: &str) -> Option<usize> {
-        let only = |found: &[usize]| match found {
-            [shape] => Some(*shape),
-            _ => None,
-        };
-        let by_name = self.names.get(name).and_then(|found| only(found));
-        by_name.or_else(|| only(self.files.find(name).files))
+    fn find(&self, name: &str) -> &[usize] {
+        match self.names.get(name) {
+            Some(found) => found,
+            None => self.files.find(name).files,
+        }
     }
 }

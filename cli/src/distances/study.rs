@@ -237,8 +237,10 @@ impl Distances {
                     (None, Some(classes)) => classes.names.len(),
                     (None, None) => tree.widest_gap(),
                 };
+                // With one class there is nothing to agree with.
+                let several = classes.filter(|classes| classes.names.len() > 1);
                 let agreement =
-                    classes.map(|classes| Agreement::new(&found.matrix, &tree, classes));
+                    several.map(|classes| Agreement::new(&found.matrix, &tree, classes));
                 Completed {
                     labels: tree.labels(clusters),
                     matrix: found.matrix,

@@ -19,7 +19,7 @@ use crate::options::{Align, Frame, Size};
 use crate::output::names::VISIBILITY;
 use crate::output::numbered;
 use crate::report::Record;
-use crate::results::{ResultFields, read_dimension, read_record};
+use crate::results::{ResultFields, read_dimension, read_input_sums, read_record};
 use crate::shapes::{ResultPlace, WorldFrame};
 use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -62,6 +62,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub size: Size,
     /// The doubts about it.
     pub doubts: Vec<DoubtRecord>,
+    /// The checksums of its inputs, as far as they are known.
+    pub input_sums: Vec<Option<String>>,
     /// The checksums of its arrays.
     pub sums: Sums,
 }
@@ -186,6 +188,7 @@ fn stored_average<const D: usize>(
         },
         size: config.masks.size,
         doubts: record.doubts,
+        input_sums: read_input_sums(directory).map_err(unfit)?,
         sums: fields.sums().clone(),
     })
 }

@@ -10,7 +10,7 @@ use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::balance::Continuation;
 use super::command::Outcome;
 use super::procrustes::Procrustes;
-use crate::doubts::{named, of_source};
+use crate::doubts::{named, of_repeated, of_source};
 use crate::report::Record;
 use crate::shapes::BoundaryRecord;
 use crate::summary::Summary;
@@ -156,7 +156,8 @@ pub(super) fn record<'a, const D: usize>(
     if let Some(continuation) = &outcome.continuation {
         doubts.extend(continuation.doubt(stored.params.min_determinant));
     }
-    let doubts = named(&doubts, []);
+    doubts.extend(of_repeated(stored.input_sums.iter().map(Option::as_deref)));
+    let doubts = named(&doubts, stored.names.iter().map(|name| &**name));
     Record::new(
         "complete",
         Some(grid),

@@ -28,12 +28,23 @@ pub(super) fn write_report<const D: usize>(
          Generalisation is the residual of a shape with the first modes of the other shapes. \
          Specificity is the distance of random shapes of these modes to the nearest input. Both are \
          in the norm of the inner product. A shape with score s in mode j is \
-         (1 - s sqrt(eigenvalue) y_j)(S).\n\n\
+         {}.\n\n\
          ![Eigenvalues](scree.svg)\n\n![Generalisation and specificity](quality.svg)\n",
         properties(found, &record.parameters.params),
         table(found).markdown(),
+        shape_of_scores(record.parameters.params.variation),
     );
     write_text(path, &text)
+}
+
+/// The shape of a score.
+fn shape_of_scores(variation: Variation) -> &'static str {
+    match variation {
+        Variation::Stress => "(1 - s sqrt(eigenvalue) y_j)(S)",
+        Variation::Displacement => {
+            "(1 - m - s sqrt(eigenvalue) y_j)(S) with the mean displacement m, and the mean is (1 - m)(S)"
+        }
+    }
 }
 
 /// The properties of an analysis as a list.

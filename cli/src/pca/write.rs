@@ -111,7 +111,8 @@ fn write_boundaries<const D: usize>(
         }
         Ok(whole)
     };
-    let mean = topology(&write("mean", &VectorField::zeros(grid))?, grid)?;
+    let mean = modes.space.from_average(VectorField::zeros(grid));
+    let mean = topology(&write("mean", &mean)?, grid)?;
     let pictured = animated(modes.space.fields.len());
     let ends = (0..modes.space.fields.len()).flat_map(|j| [(j, "minus", -1.0), (j, "plus", 1.0)]);
     let crossing = parallel::try_map(ends, &|(j, end, sign)| {

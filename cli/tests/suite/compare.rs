@@ -153,8 +153,8 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     assert_eq!(gaps.json["covariates_left_out"][0]["name"], "age");
     assert_eq!(gaps.json["covariates"][0]["name"], "height");
     for reason in [
-        "the cell of 'ellipse_2' is not a number",
-        "'0,5' of 'ellipse_0' has a decimal comma",
+        "'NA' of 'ellipse_2' is not a number",
+        "'0,5' of 'ellipse_0' has a comma",
         "it has no numbers",
     ] {
         assert!(text.contains(reason), "{reason}: {text}");
@@ -224,7 +224,7 @@ fn tables_that_cannot_be_used_are_refused() {
     ];
     succeeded(&place.run(&[&average[..], &masks].concat()));
     succeeded(&place.run(&["pca", "average", "-o", "modes", "--allow-doubtful"]));
-    let cases: [(&str, &[&str]); 8] = [
+    let cases: [(&str, &[&str]); 10] = [
         ("file,kind\nellipse_0,a\n", &["no column 'group'", "kind"]),
         (
             "file,group\nellipse_0,a\nellipse_1,b\n",
@@ -241,7 +241,9 @@ fn tables_that_cannot_be_used_are_refused() {
         ("file,group\nellipse_0,a\nellipse_0,b\n", &["two lines"]),
         ("file,group\nellipse_0,\n", &["no group"]),
         ("file,group\nellipse_0,a,b\n", &["line"]),
-        ("", &["no column"]),
+        ("", &["it is empty"]),
+        ("sep=;\nfile;group\n", &["sep=", "leave this line out"]),
+        ("file,group,age,age\n", &["two columns 'age'"]),
     ];
     for (table, words) in cases {
         place.write("groups.csv", table.as_bytes());
@@ -254,6 +256,39 @@ fn tables_that_cannot_be_used_are_refused() {
         }
         assert!(!place.path("out").exists());
     }
+    // Covariates that were asked for.
+    for (ages, words) in [
+        (["7", "7", "7"], &["groups.csv", "'age'", "equal"][..]),
+        (
+            ["7", "NaN", "8"],
+            &["groups.csv:3", "'NaN' of 'ellipse_1'", "finite"],
+        ),
+        (["7", "", "8"], &["groups.csv:3", "'ellipse_1'", "empty"]),
+    ] {
+        let [a, b, c] = ages;
+        let table = format!("file,group,age\nellipse_0,a,{a}\nellipse_1,a,{b}\nellipse_2,b,{c}\n");
+        place.write("groups.csv", table.as_bytes());
+        let run = place.run(&[
+            "compare",
+            "modes",
+            "--groups",
+            "groups.csv",
+            "--covariates",
+            "age",
+            "-o",
+            "out",
+        ]);
+        let text = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2), "{ages:?}: {text}");
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in words {
+            assert!(text.contains(word), "no '{word}' in: {text}");
+        }
+    }
+    place.write("latin.csv", b"file,group\nellipse_0,gro\xdfe\n");
+    let run = place.run(&["compare", "modes", "--groups", "latin.csv", "-o", "out"]);
+    let text = String::from_utf8_lossy(&run.stderr);
+    assert!(text.contains("UTF-8"), "{text}");
     for arguments in [
         &["compare", "average", "--groups", "groups.csv", "-o", "out"][..],
         &["compare", "modes", "--groups", "missing.csv", "-o", "out"],

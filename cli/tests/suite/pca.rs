@@ -157,6 +157,14 @@ fn modes_of_displacements_are_finite() {
     let dice = 2.0 * both as f64 / f64::from(all);
     assert!(dice > 0.9, "{dice}");
 
+    // The mean is the shape of zero scores, and not the average.
+    succeeded(&place.compute(&["synthesize", "modes", "--scores", "0", "-o", "zero"]));
+    let outline = |name: &str| std::fs::read_to_string(place.path(name)).unwrap();
+    assert_eq!(
+        outline("modes/mean_outline.csv"),
+        outline("zero/shape_outline.csv")
+    );
+
     let refused = place.run(&[&synthesize[..5], &["other", "--nonlinear"]].concat());
     assert_eq!(refused.status.code(), Some(2));
     let report = String::from_utf8_lossy(&refused.stderr).into_owned();

@@ -16,7 +16,7 @@ pub enum Linkage {
     /// Mean over all pairs of members (UPGMA).
     #[default]
     Average,
-    /// Square root of the increase of the sum of squares, by the formula of Ward (1963). Meaningful
+    /// Square root of twice the increase of the sum of squares, by the formula of Ward (1963). Meaningful
     /// for Euclidean distances only.
     Ward,
 }
