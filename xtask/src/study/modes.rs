@@ -377,7 +377,7 @@ fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
     for _ in 0..10 {
         for hand in &mut hands {
             let fit = Procrustes::new(hand, &mean);
-            *hand = hand.iter().map(|p| fit.move_point(*p)).collect();
+            *hand = hand.iter().map(|p| fit.motion.map(*p)).collect();
         }
         mean = (0..mean.len())
             .map(|k| {

@@ -189,7 +189,9 @@ impl<'a, const D: usize> Target<'a, D> {
             let u = space.synthesise(&found.scores.scores[..m])?;
             let back = there_and_back(&outline, &fit.displacements[0], &u, -1.0);
             let aligned = Procrustes::new(back.points(), outline.points());
-            let shape = aligned.apply(&moved(&self.outline, &u, -1.0));
+            let shape = aligned
+                .motion
+                .apply_to_contour(&moved(&self.outline, &u, -1.0));
             let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
             let dice = levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?;
             found.dice.push(dice);
