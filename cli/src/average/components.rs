@@ -10,7 +10,8 @@ use super::record::{Distance, distances};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::shapes::{
-    Components, Input, ResultPlace, SizeRecord, VisibilityMask, common_scale, inspect_thinness,
+    Components, Input, InputRecord, ResultPlace, SizeRecord, VisibilityMask, common_scale,
+    inspect_thinness,
 };
 use crate::warp::write_labels;
 use shapespace_picture::Shape;
@@ -105,7 +106,12 @@ pub(super) fn records<const D: usize>(outcome: &Outcome<D>) -> Vec<ComponentReco
             hausdorff_input_units: distances(&component.hausdorff, |i| inputs[i].scale()),
             average: size.map_or_else(
                 |_| SizeRecord::default(),
-                |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
+                |moments| {
+                    SizeRecord::new::<D>(
+                        moments.volume,
+                        common_scale(inputs.iter().map(Input::scale)),
+                    )
+                },
             ),
         });
     }
@@ -165,12 +171,12 @@ pub(super) fn label_field<const D: usize>(outcome: &Outcome<D>) -> ScalarField<f
 /// [`CliError::Output`], and [`CliError::Computation`] for a component without a boundary.
 pub(super) fn write_components<const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
+    (outcome, inputs): (&Outcome<D>, &[InputRecord<D>]),
     place: &ResultPlace<D>,
     whole: &Contour<D>,
     outlines: &[Contour<D>],
 ) -> Result<(), CliError> {
-    let (inputs, labels) = (&outcome.inputs, labels_of(outcome));
+    let labels = labels_of(outcome);
     if labels.is_empty() {
         return Ok(());
     }

@@ -13,7 +13,7 @@ use super::minima::{FoundMinima, add_minima, doubts as doubts_of_starts};
 use super::{AverageConfig, Outcome};
 use crate::doubts::named_by_label;
 use crate::report::{self, overall};
-use crate::shapes::{BoundaryRecord, InputRecord, SizeRecord, common_scale, doubts_of};
+use crate::shapes::{BoundaryRecord, Input, SizeRecord, common_scale, doubts_of, records_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -82,7 +82,12 @@ pub(super) fn record<const D: usize>(
         hausdorff_input_units: distances(&result.hausdorff, |i| inputs[i].scale()),
         average: volume.map_or_else(
             |_| SizeRecord::default(),
-            |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
+            |moments| {
+                SizeRecord::new::<D>(
+                    moments.volume,
+                    common_scale(inputs.iter().map(Input::scale)),
+                )
+            },
         ),
         components: records(outcome),
         boundaries,
@@ -99,8 +104,7 @@ pub(super) fn record<const D: usize>(
     doubts.extend(outcome.minima.iter().flat_map(doubts_of_starts));
     let names = inputs.iter().map(|input| &*input.name);
     let doubts = named_by_label(&doubts, names, labels_of(outcome));
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
-        .of(inputs.iter().map(InputRecord::new).collect())
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(records_of(inputs))
 }
 
 /// Distances divided by the scales of their shapes.

@@ -15,7 +15,7 @@ use crate::memory::announce;
 use crate::output::{ResultDir, numbered};
 use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, settle};
+use crate::shapes::{Input, SizeRecord, common_scale, doubts_of, records_of, settle};
 use crate::summary::Summary;
 use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 
@@ -138,7 +138,7 @@ impl Command for Sweep {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let (inputs, found) = (&outcome.inputs, &outcome.averages);
-        let scale = common_scale(inputs);
+        let scale = common_scale(inputs.iter().map(Input::scale));
         let mut averages = Vec::new();
         for (i, (weights, result)) in found.iter().enumerate() {
             directory.array(numbered("average", i, "npy"), &result.average)?;
@@ -171,7 +171,7 @@ impl Command for Sweep {
             doubts,
             session.start,
         )
-        .of(inputs.iter().map(InputRecord::new).collect());
+        .of(records_of(inputs));
         record.write(directory)?;
         Ok(summary(&record))
     }

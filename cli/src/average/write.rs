@@ -21,7 +21,7 @@ use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered};
 use crate::pca::moved;
 use crate::session::Session;
-use crate::shapes::{ResultPlace, WorldFrame};
+use crate::shapes::{ResultPlace, WorldFrame, records_of};
 use crate::summary::Summary;
 use crate::warp::{Space, write_shape, write_warps};
 use shapespace_input::Image;
@@ -55,14 +55,15 @@ pub(super) fn write_all<const D: usize>(
         let picture = picture(outcome, &outline, &parts)?.write_png(path);
         picture.map_err(|source| CliError::from(OutputError::at(path)(source)))
     })?;
-    let place = ResultPlace::of_inputs(&outcome.inputs);
+    let inputs = &records_of(&outcome.inputs);
+    let place = ResultPlace::of_inputs(inputs);
     place.write(directory, "average", &outline)?;
     let grid = *outcome.result.average.grid();
-    write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
+    write_shape(directory, "average", inputs, &outline, grid)?;
     write_surfaces_of_inputs(directory, outcome, &place)?;
-    write_components(directory, outcome, &place, &outline, &parts)?;
-    let space = Space::of_inputs(directory, &outcome.inputs);
-    let of_input = |number| Space::of_input(&outcome.inputs, number);
+    write_components(directory, (outcome, inputs), &place, &outline, &parts)?;
+    let space = Space::of_inputs(directory, inputs);
+    let of_input = |number| Space::of_input(inputs, number);
     let determinants = strains.maps.iter().map(|maps| &*maps.determinant);
     let jacobians = write_warps(
         directory,
@@ -71,7 +72,12 @@ pub(super) fn write_all<const D: usize>(
         displacements,
         determinants,
     )?;
-    write_paraview(directory, outcome, &jacobians)?;
+    write_paraview(
+        directory,
+        outcome,
+        WorldFrame::of_inputs(inputs),
+        &jacobians,
+    )?;
     let volume = Moments::of_contour(&outline);
     let strains = strains.ranges();
     let record = record(outcome, volume, place.record(), strains, session.start);
@@ -154,13 +160,14 @@ fn write_arrays<const D: usize>(
 fn write_paraview<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
+    world: Option<WorldFrame<D>>,
     jacobians: &[Field<f32, D, 1>],
 ) -> Result<(), CliError> {
     let result = &outcome.result;
     let labels = (!labels_of(outcome).is_empty()).then(|| label_field(outcome));
     Ok(directory.with_file("average.vti", |path| {
         let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
-            .within(WorldFrame::of_inputs(&outcome.inputs))
+            .within(world)
             .field("average", &result.average)
             .field("mask", &result.average_mask);
         if let Some(labels) = &labels {

@@ -183,7 +183,7 @@ fn record<'a, const D: usize>(
     let doubts = named(&config.doubts(outcome), [&*config.name()]);
     Ok(
         TransportRecord::new(status, Some(grid), config, transported, doubts, start)
-            .within(WorldFrame::of_records(&outcome.geodesic.inputs).as_ref()),
+            .within(WorldFrame::of_inputs(&outcome.geodesic.inputs).as_ref()),
     )
 }
 

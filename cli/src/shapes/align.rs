@@ -19,7 +19,7 @@ use shape_average::align::{RigidMotion, align_group_of_components, align_group_o
 use super::inspect::inspect_reflections;
 use super::pose::pose;
 use super::world::{Motion, WorldFrame};
-use super::{Components, Input, VisibilityMask, placed, view_of};
+use super::{Components, Input, VisibilityMask, placed, records_of, view_of};
 use crate::error::CliError;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
@@ -215,8 +215,9 @@ fn measure_ways<const D: usize>(
     before: &[[f64; D]],
     reference: usize,
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs).and(WorldFrame::of_one(inputs, reference))
-    else {
+    let records = records_of(inputs);
+    let world = WorldFrame::of_inputs(&records).and(WorldFrame::of_one(&records, reference));
+    let Some(world) = world else {
         return Ok(());
     };
     for (input, before) in inputs.iter_mut().zip(before) {

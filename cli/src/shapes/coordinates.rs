@@ -4,7 +4,7 @@ use fe_grid::tensor::inverse_transpose;
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
-use super::{InputRecord, scale_of_records};
+use super::{InputRecord, common_scale};
 use shapespace_input::lattice::Lattice;
 
 /// From the box to the coordinates of a file and back, `coordinates = matrix unit + shift`. In three
@@ -81,7 +81,7 @@ impl<const D: usize> Coordinates<D> {
         let number = number.or_else(|| inputs.iter().position(is_reference));
         let number = number.unwrap_or(0);
         let of_input = Self::of_input(inputs.get(number)?)?;
-        let common = scale_of_records(inputs).is_some();
+        let common = common_scale(inputs.iter().map(InputRecord::scale)).is_some();
         Some((if common { of_input } else { Self::UNIT }, number))
     }
 

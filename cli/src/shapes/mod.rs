@@ -34,7 +34,6 @@ use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
 use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
-use shapespace_input::lattice::Lattice;
 use shapespace_input::place::{are_near, centred_frames, fit_frames, kept_frames, physical_frames};
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
@@ -51,7 +50,7 @@ pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
     BoundaryRecord, GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale,
-    describe_placement, scale_of_records,
+    describe_placement, records_of,
 };
 pub(crate) use surface::ResultPlace;
 pub(crate) use world::{Motion, WorldFrame, WorldRecord};
@@ -238,11 +237,6 @@ fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Gri
     };
     images.iter().all(nodal)
         || first.affine.is_some() && images.iter().all(|image| image.has_axes_of(first))
-}
-
-/// The samples of an input in the world, if it has a place there.
-pub(crate) fn lattice_of<const D: usize>(input: &Input<D>) -> Option<Lattice> {
-    Lattice::of_frame(&input.size, &input.frame)
 }
 
 /// A mask in the form used by computations.

@@ -217,7 +217,10 @@ impl<const D: usize> Pairs<D> {
                 magnification,
             });
         }
-        let grid = domain.grid(sides, common_scale(&inputs).unwrap_or(1.0))?;
+        let grid = domain.grid(
+            sides,
+            common_scale(inputs.iter().map(Input::scale)).unwrap_or(1.0),
+        )?;
         Ok(Some(Self {
             inputs,
             distances,

@@ -101,19 +101,17 @@ pub(crate) struct BoundaryRecord {
     pub outline: Option<SurfaceRecord>,
 }
 
-/// The common scale of all frames, if there is one; one up to rounding counts as one.
-pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
-    let first = inputs.first()?.scale();
-    let same = |input: &Input<D>| (input.scale() / first - 1.0).abs() < 1e-12;
-    inputs.iter().all(same).then_some(first)
+/// The records of all inputs.
+pub(crate) fn records_of<const D: usize>(inputs: &[Input<D>]) -> Vec<InputRecord<D>> {
+    inputs.iter().map(InputRecord::new).collect()
 }
 
-/// The same of their records.
-pub(crate) fn scale_of_records<const D: usize>(inputs: &[InputRecord<D>]) -> Option<f64> {
-    let scale = |input: &InputRecord<D>| input.size_factor.unwrap_or(1.0) * input.frame.scale();
-    let first = scale(inputs.first()?);
-    let same = |input: &InputRecord<D>| (scale(input) / first - 1.0).abs() < 1e-12;
-    inputs.iter().all(same).then_some(first)
+/// The common one of the scales of inputs, if there is one; one up to rounding counts as one.
+pub(crate) fn common_scale(scales: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut scales = scales.into_iter();
+    let first = scales.next()?;
+    let same = |scale: f64| (scale / first - 1.0).abs() < 1e-12;
+    scales.all(same).then_some(first)
 }
 
 /// How inputs were aligned and scaled, if they were.
@@ -152,6 +150,11 @@ impl<const D: usize> InputRecord<D> {
             std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
         let alignment = self.alignment.as_ref();
         alignment.map_or(Some((identity, [0.0; D])), AlignmentRecord::motion)
+    }
+
+    /// Length in the box of one length unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.size_factor.unwrap_or(1.0) * self.frame.scale()
     }
 
     /// Whether its file states its place in the world.

@@ -3,7 +3,7 @@
 use fe_grid::Grid;
 use serde::{Deserialize, Serialize};
 
-use super::{Input, InputRecord, common_scale};
+use super::{InputRecord, common_scale};
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::lattice::Lattice;
 
@@ -64,8 +64,9 @@ impl<const D: usize> WorldFrame<D> {
     }
 
     /// The world of inputs that all lie in one, with one scale.
-    pub fn of_inputs(inputs: &[Input<D>]) -> Option<Self> {
-        if common_scale(inputs).is_none() || !inputs.iter().all(|i| i.frame.in_world()) {
+    pub fn of_inputs(inputs: &[InputRecord<D>]) -> Option<Self> {
+        let in_world = inputs.iter().all(|input| input.frame.in_world());
+        if !in_world || common_scale(inputs.iter().map(InputRecord::scale)).is_none() {
             return None;
         }
         let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
@@ -73,29 +74,7 @@ impl<const D: usize> WorldFrame<D> {
     }
 
     /// The world of one of several inputs, if it has one.
-    pub fn of_one(inputs: &[Input<D>], number: usize) -> Option<Self> {
-        let input = inputs.get(number)?;
-        let motion = input.alignment.map(|alignment| {
-            let (rotation, shift) = (alignment.motion.rotation(), alignment.motion.translation());
-            let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
-            (rows, std::array::from_fn(|i| shift[i]))
-        });
-        Self::of_input(&input.frame, motion, number)
-    }
-
-    /// The same from their records.
-    pub fn of_records(inputs: &[InputRecord<D>]) -> Option<Self> {
-        let in_world =
-            |input: &InputRecord<D>| input.frame.in_world() && input.size_factor.is_none();
-        if !inputs.iter().all(in_world) {
-            return None;
-        }
-        let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
-        Self::of_record(inputs, number)
-    }
-
-    /// The world of one of several records, if it has one.
-    pub fn of_record(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
+    pub fn of_one(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
         let input = inputs.get(number)?;
         let motion = match &input.alignment {
             None => None,

@@ -40,14 +40,14 @@ pub(super) fn write_all<const D: usize>(
     }
     write_maps(directory, result.average.grid(), &maps)?;
     let inputs = inputs(outcome);
-    let world = WorldFrame::of_records(&inputs);
+    let world = WorldFrame::of_inputs(&inputs);
     let images = [
         ("average", &result.average_image),
         ("average_phasefield", &result.average),
     ];
     write_images(directory, &inputs, &images)?;
-    let space = Space::of_records(directory, &inputs);
-    let of_input = |number| Space::of_record(&inputs, number);
+    let space = Space::of_inputs(directory, &inputs);
+    let of_input = |number| Space::of_input(&inputs, number);
     let determinants = maps.iter().map(|maps| &*maps.determinant);
     let jacobians = write_warps(
         directory,
