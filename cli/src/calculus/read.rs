@@ -6,6 +6,7 @@ use ::geodesic::calculus::CalculusParams;
 use ::geodesic::lagrangian::Domain;
 use ::geodesic::{Form, GeodesicParams};
 use fe_grid::{Field, Grid, ScalarField};
+use levelset::RigidMotion;
 use serde::Deserialize;
 
 use super::args::SolverOptions;
@@ -63,8 +64,8 @@ pub(crate) struct Placement<const D: usize> {
     pub frame: FrameTransform<D>,
     /// Factor by which it was scaled before.
     pub size_factor: f64,
-    /// Alignment after that: a rotation, row by row, and a translation.
-    pub motion: Option<([[f64; D]; D], [f64; D])>,
+    /// Alignment after that.
+    pub motion: Option<RigidMotion<D>>,
 }
 
 /// Reads the directory of a geodesic.
@@ -146,15 +147,11 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
 }
 
 fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Placement<D>> {
-    let motion = match &start.alignment {
-        None => None,
-        Some(alignment) => Some(alignment.motion()?),
-    };
     Some(Placement {
         size: start.size.as_slice().try_into().ok()?,
         frame: start.frame,
         size_factor: start.size_factor.unwrap_or(1.0),
-        motion,
+        motion: start.alignment.map(|alignment| alignment.motion),
     })
 }
 

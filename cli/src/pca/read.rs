@@ -177,7 +177,7 @@ fn stored_average<const D: usize>(
         read_options: config.masks.reading(),
         align: config.masks.align.unwrap_or_default(),
         mismatch: {
-            let aligned = record.input.iter().filter_map(|i| i.alignment.as_ref());
+            let aligned = record.input.iter().filter_map(|i| i.alignment);
             aligned.map(|a| a.mismatch).fold(0.0, f64::max)
         },
         size: config.masks.size,

@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use fe_grid::communicator::Communicator;
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Cause, Contour, ContourDistance, Doubt, Moments, signed_distance};
+use levelset::{Cause, Contour, ContourDistance, Doubt, Moments, RigidMotion, signed_distance};
 
 use crate::doubts::{in_words, named};
 use crate::error::CliError;
@@ -53,7 +53,7 @@ pub(crate) use record::{
     describe_placement, records_of,
 };
 pub(crate) use surface::ResultPlace;
-pub(crate) use world::{Motion, WorldFrame, WorldRecord};
+pub(crate) use world::{WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box, before the grid is known.
 #[derive(Clone, Debug)]
@@ -442,22 +442,19 @@ pub(crate) fn volume_of<const D: usize>(
     Ok(input(image, *frame, String::new())?.volume)
 }
 
-/// The boundary of a mask in the placement of another one, with its signed distance on the grid:
-/// `motion` is a rotation, row by row, and a translation.
+/// The boundary of a mask in the placement of another one, with its signed distance on the grid.
 ///
 /// # Errors
 /// As [`prepare`].
 pub(crate) fn place_like<const D: usize>(
     image: &Image<D>,
     frame: FrameTransform<D>,
-    motion: Option<([[f64; D]; D], [f64; D])>,
+    motion: Option<RigidMotion<D>>,
     grid: Grid<D>,
 ) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
     let mut placed = input(image, frame, String::new())?;
-    if let Some((rotation, shift)) = motion {
-        placed.contour = placed.contour.map(|p| {
-            std::array::from_fn(|i| shift[i] + (0..D).map(|j| rotation[i][j] * p[j]).sum::<f64>())
-        });
+    if let Some(motion) = motion {
+        placed.contour = motion.apply_to_contour(&placed.contour);
     }
     let distance = if placed.is_nodal() && motion.is_none() {
         distance(image, &placed, &placed.contour, grid)?

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use levelset::RigidMotion;
 use serde::{Deserialize, Serialize};
 
 use super::Input;
-use super::align::AlignmentRecord;
-use super::world::Motion;
+use super::align::Alignment;
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::{GreyRange, Image};
 
@@ -61,7 +61,7 @@ pub(crate) struct InputRecord<const D: usize> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) affine: Option<[[f64; 4]; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub alignment: Option<AlignmentRecord>,
+    pub alignment: Option<Alignment<D>>,
     /// Whether the results lie in its world.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub leads: bool,
@@ -116,16 +116,15 @@ pub(crate) fn common_scale(scales: impl IntoIterator<Item = f64>) -> Option<f64>
 
 /// How inputs were aligned and scaled, if they were.
 pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> Option<String> {
-    let aligned = || inputs.iter().filter_map(|input| input.alignment.as_ref());
-    let is_reference = |input: &&InputRecord<D>| {
-        let alignment = input.alignment.as_ref();
-        alignment.is_some_and(|alignment| alignment.reference)
-    };
+    let aligned = || inputs.iter().filter_map(|input| input.alignment);
+    let is_reference =
+        |input: &&InputRecord<D>| input.alignment.is_some_and(|alignment| alignment.reference);
     let scaled = inputs.iter().any(|input| input.size_factor.is_some());
-    let turned = aligned().fold(0.0, |most, a| f64::max(most, a.angle_degrees.abs()));
+    let angles = aligned().map(|alignment| alignment.motion.angle().to_degrees());
+    let turned = angles.fold(0.0, f64::max);
     let mut parts = Vec::new();
     if let Some(reference) = inputs.iter().find(is_reference) {
-        let ways: Option<Vec<f64>> = aligned().map(|a| a.moved_mm).collect();
+        let ways: Option<Vec<f64>> = aligned().map(|alignment| alignment.moved).collect();
         let moved = ways.map_or_else(String::new, |ways| {
             let most = ways.into_iter().fold(0.0, f64::max);
             format!(" and moved by up to {most:.1} mm")
@@ -143,13 +142,11 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
 }
 
 impl<const D: usize> InputRecord<D> {
-    /// The motion by which it was aligned, the identity for one that was not; `None` for a record that is
-    /// damaged.
-    pub fn motion(&self) -> Option<Motion<D>> {
-        let identity =
-            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-        let alignment = self.alignment.as_ref();
-        alignment.map_or(Some((identity, [0.0; D])), AlignmentRecord::motion)
+    /// The motion by which it was aligned, the identity for one that was not.
+    pub fn motion(&self) -> RigidMotion<D> {
+        let identity = RigidMotion::identity();
+        self.alignment
+            .map_or(identity, |alignment| alignment.motion)
     }
 
     /// Length in the box of one length unit of the file.
@@ -190,7 +187,7 @@ impl<const D: usize> InputRecord<D> {
             frame: input.frame,
             size_factor: Some(input.size_factor).filter(|&factor| factor != 1.0),
             affine: input.affine,
-            alignment: input.alignment.map(|alignment| alignment.record()),
+            alignment: input.alignment,
             leads: input.leads && input.frame.in_world(),
             object: SizeRecord::new::<D>(input.volume, Some(input.scale())),
         }

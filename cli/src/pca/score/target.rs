@@ -5,9 +5,10 @@ use std::slice;
 use fe_grid::minimise::{Memory, Observer, Status};
 use fe_grid::{Grid, ScalarField, VectorField};
 use levelset::{
-    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, share_outside,
-    signed_distance,
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, RigidMotion, contour, hausdorff,
+    share_outside, signed_distance,
 };
+use nalgebra::SVector;
 use shape_average::align::align_components_to;
 use shape_average::{AverageParams, AverageResult, Shapes, match_components_to};
 use shape_pca::{Compound, Source};
@@ -20,7 +21,7 @@ use crate::pca::procrustes::{Procrustes, there_and_back};
 use crate::pca::read::StoredPca;
 use crate::session::Session;
 use crate::shapes::{
-    Likeness, Motion, inspect_mask, inspect_resolution, moved as moved_by, place_like, volume_of,
+    Likeness, inspect_mask, inspect_resolution, moved as moved_by, place_like, volume_of,
 };
 use shapespace_input::Image;
 use shapespace_input::frame::{FrameTransform, corner_in_unit_box};
@@ -44,7 +45,7 @@ const ALIGNMENT_NODES: [usize; 2] = [65, 33];
 /// Where a new shape lies.
 struct Place<const D: usize> {
     frame: FrameTransform<D>,
-    motion: Option<Motion<D>>,
+    motion: Option<RigidMotion<D>>,
     /// The doubt that it is reflected.
     reflection: Option<Doubt>,
 }
@@ -299,13 +300,13 @@ impl<'a, const D: usize> Target<'a, D> {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
             remedy: "use --align none if it has the position of the average".into(),
         })?;
-        let rotation = found.motion.rotation();
-        let translation = found.motion.translation();
-        let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
-        let shift = std::array::from_fn(|i| translation[i] + back[i]);
+        let translation = found.motion.translation() + SVector::from(back);
         Ok(Place {
             frame: frame_of,
-            motion: Some((rows, shift)),
+            motion: Some(RigidMotion::from_parts(
+                *found.motion.rotation(),
+                translation,
+            )),
             reflection: self.reflection(&parts[0])?,
         })
     }
