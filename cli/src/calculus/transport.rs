@@ -235,9 +235,10 @@ impl TransportConfig {
         session: &Session<'_>,
         checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Variation<D>, CliError> {
-        let placement = &geodesic.frame;
-        let (size, factor) = (placement.size, placement.size_factor);
-        let frame = placement.frame.beside(size, factor, image);
+        // Geodesics that were read have two inputs.
+        let start = &geodesic.inputs[0];
+        let (size, factor) = (&start.size, start.size_factor.unwrap_or(1.0));
+        let frame = start.frame.beside(size, factor, image);
         let frame = frame.ok_or_else(|| {
             self.unfit(format!(
                 "has {:?} samples, the first shape of the geodesic {size:?} (x first), and does not state its place \
@@ -247,7 +248,8 @@ impl TransportConfig {
         })?;
         let first = &geodesic.level_sets[0];
         let grid = *first.grid();
-        let (outline, near) = place_like(image, frame, placement.motion, grid)?;
+        let motion = start.alignment.map(|alignment| alignment.motion);
+        let (outline, near) = place_like(image, frame, motion, grid)?;
         let outside = share_outside(&outline, &grid).map_err(GeodesicError::from)?;
         if Doubt::check(Cause::OutsideBox, outside).is_some() {
             return Err(self.unfit(format!(
