@@ -28,7 +28,7 @@ pub(super) struct Images<'a, const D: usize> {
 #[derive(Clone, Debug, Serialize)]
 struct ImageRecord<'a, const D: usize> {
     #[serde(flatten)]
-    input: InputRecord<D>,
+    input: &'a InputRecord<D>,
     status: String,
     /// Nodes along each axis of the arrays, `x` first.
     nodes: Vec<usize>,
@@ -78,7 +78,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
             let volume = Moments::of_contour(&object.outline).map_or(0.0, |m| m.volume);
             let truth = object.truth.as_ref();
             ObjectRecord {
-                threshold: object.threshold.map(|t| placed.input.range.number(t)),
+                threshold: object.threshold.map(|t| placed.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),
                 off_edges: object.off_edges,
@@ -88,7 +88,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
             }
         });
         Self {
-            input: InputRecord::of_image(&placed.input),
+            input: &placed.input,
             status: overall(result.status, result.levels.last().map(|l| l.status)),
             nodes: result.image.grid().nodes_per_axis().to_vec(),
             weights,

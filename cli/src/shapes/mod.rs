@@ -49,8 +49,8 @@ pub(crate) use label::{labels, stem, with_folder};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
-    BoundaryRecord, GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale,
-    describe_placement, records_of,
+    BoundaryRecord, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
+    records_of,
 };
 pub(crate) use surface::ResultPlace;
 pub(crate) use world::{WorldFrame, WorldRecord};

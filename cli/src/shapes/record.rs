@@ -10,36 +10,6 @@ use super::align::Alignment;
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::{GreyRange, Image};
 
-/// A grey image and its placement.
-pub(crate) struct GreyInput<const D: usize> {
-    pub path: PathBuf,
-    /// Label in pictures.
-    pub name: String,
-    /// Samples along each axis, `x` first.
-    pub size: [usize; D],
-    pub range: GreyRange,
-    /// Sample indices to world coordinates, where the file states them.
-    affine: Option<[[f64; 4]; 3]>,
-    pub frame: FrameTransform<D>,
-    /// Whether results lie in its world.
-    pub leads: bool,
-}
-
-impl<const D: usize> GreyInput<D> {
-    /// An image with its label, its grey values and its placement.
-    pub fn new(image: &Image<D>, name: String, range: GreyRange, frame: FrameTransform<D>) -> Self {
-        Self {
-            path: image.path.clone(),
-            name,
-            size: image.size,
-            range,
-            affine: image.affine,
-            frame,
-            leads: false,
-        }
-    }
-}
-
 /// One input, its placement and its size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct InputRecord<const D: usize> {
@@ -159,19 +129,24 @@ impl<const D: usize> InputRecord<D> {
         self.affine.is_some() || self.frame.in_world()
     }
 
-    /// The record of a grey image.
-    pub fn of_image(image: &GreyInput<D>) -> Self {
+    /// The record of a grey image with its label in pictures, its grey values and its placement.
+    pub fn of_image(
+        image: &Image<D>,
+        name: String,
+        range: GreyRange,
+        frame: FrameTransform<D>,
+    ) -> Self {
         Self {
             path: image.path.clone(),
-            name: image.name.clone(),
+            name,
             class: None,
             size: image.size.to_vec(),
-            grey: Some(image.range),
-            frame: image.frame,
+            grey: Some(range),
+            frame,
             size_factor: None,
             affine: image.affine,
             alignment: None,
-            leads: image.leads && image.frame.in_world(),
+            leads: false,
             object: SizeRecord::default(),
         }
     }
