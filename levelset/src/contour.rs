@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use fe_grid::VectorField;
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::LevelsetError;
@@ -97,6 +98,15 @@ impl<const D: usize> Contour<D> {
             points: self.points.iter().map(|&p| f(p)).collect(),
             simplices: self.simplices.clone(),
         }
+    }
+
+    /// Returns the contour under `x -> x + factor u(x)`, by the multilinear interpolant of the displacement `u`. It
+    /// must preserve the orientation, as in [`Contour::map`].
+    pub fn displaced(&self, displacement: &VectorField<f64, D>, factor: f64) -> Self {
+        self.map(|p| {
+            let u = displacement.sample(p);
+            std::array::from_fn(|k| p[k] + factor * u[k])
+        })
     }
 
     /// Returns the contour under `x -> matrix x + translation`, oriented as before: for a

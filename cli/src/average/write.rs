@@ -19,7 +19,6 @@ use crate::output::npy::Precision;
 use crate::output::surface::PointArray;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered};
-use crate::pca::moved;
 use crate::session::Session;
 use crate::shapes::{ResultPlace, WorldFrame, records_of};
 use crate::summary::Summary;
@@ -96,7 +95,7 @@ fn write_surfaces_of_inputs<const D: usize>(
     }
     let pairs = outcome.inputs.iter().zip(&outcome.result.displacements);
     directory.for_each(pairs.enumerate(), &|(number, (input, displacement))| {
-        let there = place.placed(&moved(&input.contour, displacement, 1.0));
+        let there = place.placed(&input.contour.displaced(displacement, 1.0));
         let here = place.placed(&input.contour);
         let ends = there.points().iter().zip(here.points());
         let ways: Vec<f64> = ends

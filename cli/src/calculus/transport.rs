@@ -413,10 +413,7 @@ fn overlap<const D: usize>(
     shape: &ScalarField<f64, D>,
 ) -> Result<(f64, f64), CliError> {
     let measured = || {
-        let moved = contour(first, 0.0, BoxEdge::Open)?.map(|p| {
-            let u = displacement.sample(p);
-            std::array::from_fn(|k| p[k] + u[k])
-        });
+        let moved = contour(first, 0.0, BoxEdge::Open)?.displaced(displacement, 1.0);
         let apart = hausdorff(&moved, &contour(shape, 0.0, BoxEdge::Open)?)?;
         let moved = ContourDistance::new(&moved)?.sample(*shape.grid());
         let dice = levelset::dice(&moved, 0.0, shape, 0.0)?;

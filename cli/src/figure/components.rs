@@ -246,12 +246,9 @@ fn draw_modes<const D: usize>(tiles: &mut Tiles<D>, what: &str, own: &[Contour<D
         for i in 0..COLUMNS {
             let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
             let factor = -share * AMPLITUDE * space.eigenvalues[j].sqrt();
-            let moved = own.iter().map(|part| {
-                part.map(|p| {
-                    let u = space.fields[j].sample(p);
-                    std::array::from_fn(|k| p[k] + factor * u[k])
-                })
-            });
+            let moved = own
+                .iter()
+                .map(|part| part.displaced(&space.fields[j], factor));
             let moved: Vec<Contour<D>> = moved.collect();
             let words = match i {
                 0 => format!("{what}, mode {}", j + 1),

@@ -185,10 +185,7 @@ fn draw<const D: usize>(
         for i in 0..COLUMNS {
             let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
             let factor = -sign * share * AMPLITUDE * space.eigenvalues[j].sqrt();
-            let moved = boundary.map(|p| {
-                let u = space.fields[j].sample(p);
-                std::array::from_fn(|k| p[k] + factor * u[k])
-            });
+            let moved = boundary.displaced(&space.fields[j], factor);
             let own = deviation(share);
             let words = if i == 0 {
                 format!("{label}, mode {}", j + 1)

@@ -142,11 +142,7 @@ impl<const D: usize> Path<D> {
 
     /// A boundary of shape `k` at a fraction of the step to the next.
     pub fn moved(&self, k: usize, share: f64, contour: &Contour<D>) -> Contour<D> {
-        let displacement = &self.parts.displacements[k];
-        contour.map(|p| {
-            let u = displacement.sample(p);
-            std::array::from_fn(|i| p[i] + share * u[i])
-        })
+        contour.displaced(&self.parts.displacements[k], share)
     }
 }
 

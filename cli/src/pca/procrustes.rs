@@ -1,7 +1,6 @@
 //! Rigid alignment of points.
 
-use fe_grid::VectorField;
-use levelset::{Contour, RigidMotion};
+use levelset::RigidMotion;
 use nalgebra::SVector;
 
 /// The rigid motion that minimises the distance between corresponding points, and the residual.
@@ -44,23 +43,6 @@ impl<const D: usize> Procrustes<D> {
             },
         }
     }
-}
-
-/// The displaced points of a boundary: first by `onto`, the displacement of a shape's deformation
-/// onto the average, then by `factor` times `u`. For `factor = -1` and the displacement that
-/// represents the shape, the points return to approximately their initial positions, up to a rigid
-/// motion.
-pub fn there_and_back<const D: usize>(
-    boundary: &Contour<D>,
-    onto: &VectorField<f64, D>,
-    u: &VectorField<f64, D>,
-    factor: f64,
-) -> Contour<D> {
-    let add = |p: [f64; D], field: &VectorField<f64, D>, factor: f64| -> [f64; D] {
-        let u = field.sample(p);
-        std::array::from_fn(|k| p[k] + factor * u[k])
-    };
-    boundary.map(|p| add(add(p, onto, 1.0), u, factor))
 }
 
 #[cfg(test)]

@@ -16,13 +16,11 @@ use shape_pca::{Compound, Source};
 use super::measured::{Measured, shown_modes};
 use crate::error::CliError;
 use crate::options::{Align, Frame, Size};
-use crate::pca::draw::{moved, shown};
-use crate::pca::procrustes::{Procrustes, there_and_back};
+use crate::pca::draw::shown;
+use crate::pca::procrustes::Procrustes;
 use crate::pca::read::StoredPca;
 use crate::session::Session;
-use crate::shapes::{
-    Likeness, inspect_mask, inspect_resolution, moved as moved_by, place_like, volume_of,
-};
+use crate::shapes::{Likeness, inspect_mask, inspect_resolution, moved, place_like, volume_of};
 use shapespace_input::Image;
 use shapespace_input::frame::{FrameTransform, corner_in_unit_box};
 use shapespace_input::place::frame_like;
@@ -78,7 +76,7 @@ impl<'a, const D: usize> Target<'a, D> {
         let grid = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
         let corner = corner_in_unit_box(object.grid());
         let sampled = |outline: &Contour<D>| -> Result<ScalarField<f64, D>, CliError> {
-            let distance = ContourDistance::new(&moved_by(outline, corner)).map_err(shown)?;
+            let distance = ContourDistance::new(&moved(outline, corner)).map_err(shown)?;
             Ok(distance.sample(grid))
         };
         let mut coarse = vec![sampled(&outline)?];
@@ -188,11 +186,13 @@ impl<'a, const D: usize> Target<'a, D> {
         let mut reconstructions = Vec::new();
         for m in 0..=found.scores.scores.len() {
             let u = space.synthesise(&found.scores.scores[..m])?;
-            let back = there_and_back(&outline, &fit.displacements[0], &u, -1.0);
+            let back = outline
+                .displaced(&fit.displacements[0], 1.0)
+                .displaced(&u, -1.0);
             let aligned = Procrustes::new(back.points(), outline.points());
             let shape = aligned
                 .motion
-                .apply_to_contour(&moved(&self.outline, &u, -1.0));
+                .apply_to_contour(&self.outline.displaced(&u, -1.0));
             let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
             let dice = levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?;
             found.dice.push(dice);
