@@ -51,7 +51,9 @@ pub use extract::{BoxEdge, contour};
 pub use facing::{Facing, Layer, facing};
 pub use hausdorff::{Hausdorff, directed_hausdorff, hausdorff};
 pub use heaviside::{Arctan, Compact, Step};
-pub use measures::{Moments, dice, dice_within, is_mask, mask_volume, share_outside};
+pub use measures::{
+    Moments, dice, dice_within, enclosed_volume, is_mask, mask_volume, share_outside,
+};
 pub use polyline::{Polyline, svg_path};
 pub use rigid_motion::RigidMotion;
 pub use turn::Turn;

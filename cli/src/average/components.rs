@@ -1,7 +1,7 @@
 //! `--labels`: shapes of several components, from their label images to what is written of each.
 
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
 use serde::Serialize;
 use shape_average::{AverageError, ComponentResult};
 
@@ -92,30 +92,30 @@ impl ComponentRecord<'_> {
     }
 }
 
-/// The records of the components of an average; none of shapes of one.
-pub(super) fn records<const D: usize>(outcome: &Outcome<D>) -> Vec<ComponentRecord<'_>> {
+/// The records of the components of an average with these boundaries; none of shapes of one.
+///
+/// # Errors
+/// Those of the volumes of contours.
+pub(super) fn records<'a, const D: usize>(
+    outcome: &'a Outcome<D>,
+    outlines: &[Contour<D>],
+) -> Result<Vec<ComponentRecord<'a>>, CliError> {
     let inputs = &outcome.inputs;
+    let scale = common_scale(inputs.iter().map(Input::scale));
+    let components = outcome.result.components.iter().zip(labels_of(outcome));
     let mut records = Vec::new();
-    for (component, label) in outcome.result.components.iter().zip(labels_of(outcome)) {
-        let size = outline(component).and_then(|outline| Moments::of_contour(&outline));
+    for ((component, label), outline) in components.zip(outlines) {
+        let volume = enclosed_volume(outline).map_err(AverageError::from)?;
         records.push(ComponentRecord {
             label: *label,
             dice: &component.dice,
             mean_dice: component.dice.iter().sum::<f64>() / component.dice.len() as f64,
             hausdorff: distances(&component.hausdorff, |_| 1.0),
             hausdorff_input_units: distances(&component.hausdorff, |i| inputs[i].scale()),
-            average: size.map_or_else(
-                |_| SizeRecord::default(),
-                |moments| {
-                    SizeRecord::new::<D>(
-                        moments.volume,
-                        common_scale(inputs.iter().map(Input::scale)),
-                    )
-                },
-            ),
+            average: SizeRecord::new::<D>(volume, scale),
         });
     }
-    records
+    Ok(records)
 }
 
 /// The labels of the components; none of shapes of one.

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
+use shape_average::AverageError;
 
 use super::Outcome;
 use super::components::{
-    average_outlines, label_field, labels_of, write_components, write_phase_fields,
+    average_outlines, label_field, labels_of, records, write_components, write_phase_fields,
 };
 use super::draw::picture;
 use super::record::{record, summary};
@@ -77,9 +78,10 @@ pub(super) fn write_all<const D: usize>(
         WorldFrame::of_inputs(inputs),
         &jacobians,
     )?;
-    let volume = Moments::of_contour(&outline);
+    let volume = enclosed_volume(&outline).map_err(AverageError::from)?;
+    let sizes = (volume, records(outcome, &parts)?);
     let strains = strains.ranges();
-    let record = record(outcome, volume, place.record(), strains, session.start);
+    let record = record(outcome, sizes, place.record(), strains, session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))
 }
@@ -133,7 +135,7 @@ pub(crate) fn write_inputs<const D: usize>(
 /// The boundary of the average; the faces of the box close it.
 fn average_outline<const D: usize>(outcome: &Outcome<D>) -> Result<Contour<D>, CliError> {
     let indicator = &outcome.result.average_indicator;
-    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(shape_average::AverageError::from)?)
+    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(AverageError::from)?)
 }
 
 fn write_arrays<const D: usize>(

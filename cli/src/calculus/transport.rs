@@ -11,8 +11,8 @@ use ::geodesic::{GeodesicError, GeodesicParams, memory_estimate as memory_of_pat
 use fe_grid::{Field, ScalarField};
 use levelset::topology::Topology;
 use levelset::{
-    BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
-    share_outside,
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, contour, enclosed_volume,
+    hausdorff, share_outside,
 };
 
 use super::args::TransportConfig;
@@ -160,7 +160,7 @@ fn record<'a, const D: usize>(
     start: Instant,
 ) -> Result<TransportRecord<'a, D>, CliError> {
     let (variation, shot) = (&outcome.variation, &outcome.counterpart.shot);
-    let [last, counterpart] = [0, path.steps()].map(|k| &path.contours[k]);
+    let size = |shape| enclosed_volume(shape).map_err(GeodesicError::from);
     let transported = Transported {
         given_steps: outcome.geodesic.motions.len(),
         steps_found: path.steps(),
@@ -170,8 +170,8 @@ fn record<'a, const D: usize>(
         volumes: [
             size(first)?,
             size(&variation.outline)?,
-            size(last)?,
-            size(counterpart)?,
+            path.sizes[0],
+            path.sizes[path.steps()],
         ],
         step_energies: path.parts.energies.clone(),
         certificate: shot.certificate,
@@ -398,11 +398,6 @@ fn summary<const D: usize>(record: &TransportRecord<'_, D>) -> Summary {
     );
     summary.certificate(&found.certificate);
     summary
-}
-
-fn size<const D: usize>(shape: &Contour<D>) -> Result<f64, CliError> {
-    let moments = Moments::of_contour(shape).map_err(GeodesicError::from)?;
-    Ok(moments.volume)
 }
 
 /// Overlap of a shape with the deformation of another, and the mean distance of their boundaries

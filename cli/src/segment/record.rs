@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fe_grid::minimise::Status;
-use levelset::{Moments, connected_components};
+use levelset::{connected_components, enclosed_volume};
 use phasefield::segmentation::{SegmentationEnergy, SegmentationLevel, Weights};
 use serde::Serialize;
 
@@ -75,7 +75,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
         let weights = found.params.weights;
         let scale = placed.input.frame.scale();
         let object = found.object.as_ref().map(|object| {
-            let volume = Moments::of_contour(&object.outline).map_or(0.0, |m| m.volume);
+            let volume = enclosed_volume(&object.outline).unwrap_or(0.0);
             let truth = object.truth.as_ref();
             ObjectRecord {
                 threshold: object.threshold.map(|t| placed.range.number(t)),
