@@ -27,6 +27,7 @@ pub mod heaviside;
 pub mod inspect;
 pub mod measures;
 mod nearest_motion;
+pub mod polygon;
 mod polyline;
 mod pseudonormal;
 mod quad;
@@ -43,7 +44,7 @@ pub use nalgebra;
 
 pub use components::{Components, connected_components, largest_component};
 pub use continued::Continued;
-pub use contour::{Contour, centroid};
+pub use contour::{Contour, bounds, centroid};
 pub use criteria::{Cause, Criterion, Limit};
 pub use distance::{ContourDistance, Nearest, signed_distance};
 pub use error::LevelsetError;

@@ -11,7 +11,7 @@
 //! that is not enough, scaled down by one factor, which is recorded in the frames.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Contour, ContourDistance, Moments};
+use levelset::{Contour, ContourDistance, Moments, bounds};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
@@ -303,7 +303,7 @@ fn reference<const D: usize>(
 /// Moves all shapes together, and shrinks them if need be, so that none leaves the room, which lies in
 /// the middle of the unit box.
 pub(super) fn keep_inside<const D: usize>(inputs: &mut [Input<D>], room: [[f64; 2]; D]) {
-    let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
+    let [low, high] = around(inputs);
     if (0..D).all(|k| low[k] >= room[k][0] && high[k] <= room[k][1]) {
         return;
     }
@@ -333,18 +333,10 @@ pub(super) fn keep_inside<const D: usize>(inputs: &mut [Input<D>], room: [[f64; 
     }
 }
 
-/// The corners of the box around boundaries.
-pub(super) fn bounds<'a, const D: usize>(
-    contours: impl IntoIterator<Item = &'a Contour<D>>,
-) -> ([f64; D], [f64; D]) {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for p in contours.into_iter().flat_map(Contour::points) {
-        for k in 0..D {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
-    (low, high)
+/// The box around the boundaries of inputs.
+fn around<const D: usize>(inputs: &[Input<D>]) -> [[f64; D]; 2] {
+    let points = inputs.iter().flat_map(|input| input.contour.points());
+    bounds(points.copied())
 }
 
 #[cfg(test)]
@@ -395,7 +387,7 @@ mod tests {
         let shrunk = inputs[1].frame.scale() / before;
         assert!(shrunk < 0.99, "{shrunk}");
         assert_eq!(shrunk, inputs[0].frame.scale() / before);
-        let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
+        let [low, high] = around(&inputs);
         for k in 0..2 {
             assert!(low[k] >= ROOM[0] - 1e-12 && high[k] <= ROOM[1] + 1e-12);
         }
