@@ -61,11 +61,20 @@ impl<const D: usize> Parts<D> {
     /// Those of the contours.
     pub fn outlines(&self, number: usize) -> Result<Vec<Contour<D>>, CliError> {
         let m = self.labels.len();
-        let own = self.distances[number * m..(number + 1) * m].iter();
-        let outlines = own.map(|distance| contour(distance, 0.0, BoxEdge::Closed));
-        let outlines = outlines.collect::<Result<_, _>>();
-        Ok(outlines.map_err(AverageError::from)?)
+        boundaries(&self.distances[number * m..(number + 1) * m])
     }
+}
+
+/// The boundaries of shapes given by their signed distances; the faces of the box close them.
+///
+/// # Errors
+/// Those of the contours.
+pub(crate) fn boundaries<const D: usize>(
+    distances: &[ScalarField<f64, D>],
+) -> Result<Vec<Contour<D>>, CliError> {
+    let boundaries = distances.iter().map(|u| contour(u, 0.0, BoxEdge::Closed));
+    let boundaries = boundaries.collect::<Result<_, _>>();
+    Ok(boundaries.map_err(AverageError::from)?)
 }
 
 /// A component in `result.json`.
