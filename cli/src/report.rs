@@ -12,7 +12,7 @@ use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::output::ResultDir;
 pub(crate) use crate::output::{CANCELLED, RESULT};
-use crate::shapes::{InputRecord, WorldFrame, WorldRecord, scale_of_records};
+use crate::shapes::{InputRecord, WorldFrame, WorldRecord, common_scale};
 use shapespace_input::memory;
 
 /// The page that shows it, if there is one.
@@ -93,8 +93,10 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
 
     /// The same with the inputs.
     pub fn of(mut self, input: Vec<InputRecord<D>>) -> Self {
-        let world = WorldFrame::of_records(&input);
-        let units = self.spacing.zip(scale_of_records(&input));
+        let world = WorldFrame::of_inputs(&input);
+        let units = self
+            .spacing
+            .zip(common_scale(input.iter().map(InputRecord::scale)));
         self.spacing_input_units = units.map(|(spacing, scale)| spacing / scale);
         self.input = input;
         self.within(world.as_ref())

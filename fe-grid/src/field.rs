@@ -158,6 +158,12 @@ impl<T: Element, const D: usize> Field<T, D, D> {
         let (position, u) = (self.grid.position(self.grid.node(index)), self.at(index));
         std::array::from_fn(|k| position[k] + u[k])
     }
+
+    /// Returns the position of any point after the deformation, by the multilinear interpolant of the displacement.
+    pub fn image(&self, point: [f64; D]) -> [f64; D] {
+        let u = self.sample(point);
+        std::array::from_fn(|k| point[k] + u[k])
+    }
 }
 
 /// Returns the cell that contains a point, and the local coordinates of the point, in `[0, 1]`;

@@ -119,7 +119,7 @@ pub(crate) fn overlaps<const D: usize>(
     let (visible_start, visible_end) = (start.visibility(), end.visibility());
     let carry = |x: [f64; D]| {
         let all = displacements.iter();
-        all.fold(x, |y, displacement| image(displacement, y))
+        all.fold(x, |y, displacement| displacement.image(y))
     };
     let mut found = Overlaps {
         forwards: Vec::new(),
@@ -172,8 +172,8 @@ pub(crate) fn carried_overlaps<const D: usize>(
 ) -> Result<Overlaps, GeodesicError> {
     let grid = *deformation.grid();
     let (from, to) = (from.on_grid(&grid), to.on_grid(&grid));
-    let backwards = pulled_overlaps(&from, &to, |x| image(deformation, x));
-    let arrival = arrival(&from, &to, |x| image(deformation, x))?;
+    let backwards = pulled_overlaps(&from, &to, |x| deformation.image(x));
+    let arrival = arrival(&from, &to, |x| deformation.image(x))?;
     let (forwards, gap) = covered(&from, &to, deformation)?;
     let whole = if from.hidden() {
         let (dice, gap) = covered(&from.taken_for_whole(), &to, deformation)?;
@@ -229,20 +229,6 @@ fn covered<const D: usize>(
         gap = gap.max(distance / spacing);
     }
     Ok((forwards, gap))
-}
-
-/// Returns a boundary under a deformation.
-pub(crate) fn moved<const D: usize>(
-    outline: &Contour<D>,
-    displacement: &Field<f64, D, D>,
-) -> Contour<D> {
-    outline.map(|p| image(displacement, p))
-}
-
-/// Returns the image of a point under a deformation.
-fn image<const D: usize>(displacement: &Field<f64, D, D>, point: [f64; D]) -> [f64; D] {
-    let u: [f64; D] = displacement.sample(point);
-    std::array::from_fn(|k| point[k] + u[k])
 }
 
 /// Compares the boundary of a shape that is carried by a map with that of another; `None` if a part of
@@ -323,7 +309,7 @@ pub(crate) fn largest_share_outside<const D: usize>(
     let outline = contour(start, 0.0, BoxEdge::Closed)?;
     let mut most: f64 = 0.0;
     for displacement in displacements {
-        match share_outside(&moved(&outline, displacement), start.grid()) {
+        match share_outside(&outline.displaced(displacement, 1.0), start.grid()) {
             Ok(share) => most = most.max(share),
             // A shape without a volume has none outside.
             Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => {}

@@ -12,7 +12,7 @@ use crate::lagrangian::{
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
 use crate::overlap::{
-    End, Overlaps, WholeOverlap, carried_overlaps, largest_share_outside, moved, overlaps, worst,
+    End, Overlaps, WholeOverlap, carried_overlaps, largest_share_outside, overlaps, worst,
 };
 use crate::params::{DomainChoice, Form, GeodesicParams};
 use crate::shape::{Shape, check_known, union_of};
@@ -486,7 +486,7 @@ fn contacts_of<const D: usize>(
     if own.is_empty() || end.is_empty() {
         return Ok(Vec::new());
     }
-    let moved = path.displacements.iter().map(|psi| moved(&own, psi));
+    let moved = path.displacements.iter().map(|psi| own.displaced(psi, 1.0));
     let carried: Vec<_> = std::iter::once(own.clone()).chain(moved).collect();
     let pressed = pressed(&carried[carried.len() - 1], &end, grid.spacing())?;
     Ok(contacts(&pressed, &carried, path.domain, grid.spacing())?)

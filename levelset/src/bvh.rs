@@ -8,6 +8,7 @@
 use fe_grid::Lane;
 
 use crate::closest::Simplex;
+use crate::contour::bounds;
 use crate::vector::{add_scaled, area_normal, dot, norm, sub};
 
 /// Number of simplices in a leaf: a balance between box tests and simplex tests, determined by
@@ -65,7 +66,7 @@ impl<const D: usize> Bvh<D> {
         if order.len() <= LEAF_SIZE {
             return;
         }
-        let (low, high) = bounds(order.iter().flat_map(|&i| &simplices[i as usize]), &|p| *p);
+        let [low, high] = bounds(order.iter().flat_map(|&i| simplices[i as usize]));
         let axis = longest(&sub(&high, &low));
         let centre = |i: u32| -> f64 { simplices[i as usize].iter().map(|c| c[axis]).sum() };
         let middle = order.len() / 2;
@@ -119,7 +120,7 @@ pub(crate) struct OrientedBox<const D: usize> {
 impl<const D: usize> OrientedBox<D> {
     /// Computes a box around the given simplices, with one axis along their mean normal.
     fn around(simplices: &[[[f64; D]; D]], order: &[u32], margin: f64) -> Self {
-        let corners = || order.iter().flat_map(|&i| &simplices[i as usize]);
+        let corners = || order.iter().flat_map(|&i| simplices[i as usize]);
         let (mut normal, mut size) = ([0.0; D], 0.0);
         for &i in order {
             let n = area_normal(&simplices[i as usize]);
@@ -127,12 +128,12 @@ impl<const D: usize> OrientedBox<D> {
             size += norm(&n);
         }
         let axes = if norm(&normal) > 0.1 * size {
-            let (low, high) = bounds(corners(), &|p| *p);
+            let [low, high] = bounds(corners());
             frame(&normal, longest(&sub(&high, &low)))
         } else {
             std::array::from_fn(unit)
         };
-        let (low, high) = bounds(corners(), &|p| axes.map(|a| dot(&a, p)));
+        let [low, high] = bounds(corners().map(|p| axes.map(|a| dot(&a, &p))));
         Self {
             axes,
             centre: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
@@ -189,21 +190,4 @@ fn longest<const D: usize>(sides: &[f64; D]) -> usize {
     (0..D)
         .max_by(|&a, &b| sides[a].total_cmp(&sides[b]))
         .unwrap_or(0)
-}
-
-/// Lowest and highest coordinates of mapped points.
-fn bounds<'a, const D: usize>(
-    points: impl Iterator<Item = &'a [f64; D]>,
-    map: &dyn Fn(&[f64; D]) -> [f64; D],
-) -> ([f64; D], [f64; D]) {
-    let mut low = [f64::INFINITY; D];
-    let mut high = [f64::NEG_INFINITY; D];
-    for p in points {
-        let p = map(p);
-        for k in 0..D {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
-    (low, high)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use fe_grid::VectorField;
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::LevelsetError;
@@ -27,6 +28,18 @@ pub type Simplex<const D: usize> = [u32; D];
 /// The centroid of a segment or triangle, the mean of its corners.
 pub fn centroid<const D: usize>(corners: &[[f64; D]; D]) -> [f64; D] {
     std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64)
+}
+
+/// The least and the greatest coordinates of points: infinite, and the least above the greatest, if there are none.
+pub fn bounds<const D: usize>(points: impl IntoIterator<Item = [f64; D]>) -> [[f64; D]; 2] {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for p in points {
+        for k in 0..D {
+            low[k] = low[k].min(p[k]);
+            high[k] = high[k].max(p[k]);
+        }
+    }
+    [low, high]
 }
 
 impl<const D: usize> Contour<D> {
@@ -99,6 +112,15 @@ impl<const D: usize> Contour<D> {
         }
     }
 
+    /// Returns the contour under `x -> x + factor u(x)`, by the multilinear interpolant of the displacement `u`. It
+    /// must preserve the orientation, as in [`Contour::map`].
+    pub fn displaced(&self, displacement: &VectorField<f64, D>, factor: f64) -> Self {
+        self.map(|p| {
+            let u = displacement.sample(p);
+            std::array::from_fn(|k| p[k] + factor * u[k])
+        })
+    }
+
     /// Returns the contour under `x -> matrix x + translation`, oriented as before: for a
     /// reflection the simplices are flipped.
     pub fn transformed(&self, matrix: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self {
@@ -169,16 +191,9 @@ impl<const D: usize> Contour<D> {
         norm(&area_normal(&self.corners(simplex)))
     }
 
-    /// The least and the greatest coordinates of its points: infinite, and the least above the greatest, if it
-    /// has none.
+    /// Returns the [`bounds`] of its points.
     pub fn bounds(&self) -> [[f64; D]; 2] {
-        let nothing = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
-        self.points.iter().fold(nothing, |[low, high], p| {
-            [
-                std::array::from_fn(|k| low[k].min(p[k])),
-                std::array::from_fn(|k| high[k].max(p[k])),
-            ]
-        })
+        bounds(self.points.iter().copied())
     }
 
     /// Returns the length of a 2D contour, or the area of a 3D one.

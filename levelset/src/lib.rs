@@ -27,6 +27,7 @@ pub mod heaviside;
 pub mod inspect;
 pub mod measures;
 mod nearest_motion;
+pub mod polygon;
 mod polyline;
 mod pseudonormal;
 mod quad;
@@ -43,7 +44,7 @@ pub use nalgebra;
 
 pub use components::{Components, connected_components, largest_component};
 pub use continued::Continued;
-pub use contour::{Contour, centroid};
+pub use contour::{Contour, bounds, centroid};
 pub use criteria::{Cause, Criterion, Limit};
 pub use distance::{ContourDistance, Nearest, signed_distance};
 pub use error::LevelsetError;
@@ -51,7 +52,9 @@ pub use extract::{BoxEdge, contour};
 pub use facing::{Facing, Layer, facing};
 pub use hausdorff::{Hausdorff, directed_hausdorff, hausdorff};
 pub use heaviside::{Arctan, Compact, Step};
-pub use measures::{Moments, dice, dice_within, is_mask, mask_volume, share_outside};
+pub use measures::{
+    Moments, dice, dice_within, enclosed_volume, is_mask, mask_volume, share_outside,
+};
 pub use polyline::{Polyline, svg_path};
 pub use rigid_motion::RigidMotion;
 pub use turn::Turn;

@@ -143,6 +143,19 @@ compiled_once! {
     ) -> Result<Moments<D>, LevelsetError> = Moments::of_density_in;
 }
 
+/// Computes the area or volume inside a closed contour, as [`Moments::of_contour`] does; zero for a shape that has
+/// vanished: of an empty contour, and of one that is flat or, by rounding, inside out.
+///
+/// # Errors
+/// [`LevelsetError::OpenContour`] and [`LevelsetError::NonFinitePoint`].
+pub fn enclosed_volume<const D: usize>(contour: &Contour<D>) -> Result<f64, LevelsetError> {
+    match Moments::of_contour(contour) {
+        Ok(moments) => Ok(moments.volume),
+        Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => Ok(0.0),
+        Err(error) => Err(error),
+    }
+}
+
 /// Computes the share of the area or volume inside a boundary that lies outside of the box of a grid; zero
 /// for a boundary within the box, one for a shape beside it.
 ///
@@ -161,12 +174,7 @@ pub fn share_outside<const D: usize>(
         return Ok(0.0);
     }
     let all = Moments::of_contour(contour)?.volume;
-    match Moments::of_contour(&contour.map(nearest)) {
-        Ok(inside) => Ok(1.0 - inside.volume / all),
-        // What is left is flat, up to rounding.
-        Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => Ok(1.0),
-        Err(error) => Err(error),
-    }
+    Ok(1.0 - enclosed_volume(&contour.map(nearest))? / all)
 }
 
 /// Whether a field is a mask rather than a signed distance: it is negative nowhere, or has two values only. Distances of a

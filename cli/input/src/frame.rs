@@ -101,7 +101,7 @@ impl<const D: usize> FrameTransform<D> {
     /// multiplied by a factor before: its visible part, or a variation of it. In the world it lies by its own place
     /// there; an exact boundary has coordinates of its own; all others have as many samples, at the same
     /// places. `None` for one of which the place is not known.
-    pub fn beside(&self, size: [usize; D], factor: f64, image: &Image<D>) -> Option<Self> {
+    pub fn beside(&self, size: &[usize], factor: f64, image: &Image<D>) -> Option<Self> {
         let scaled = |image: &Image<D>| {
             let mut frame = self.for_image(image);
             frame.spacing = frame.spacing.map(|h| factor * h);
@@ -385,24 +385,24 @@ mod tests {
             ],
             [9, 8, 7],
         );
-        let beside = frame.beside(one.size, 1.0, &reversed).unwrap();
+        let beside = frame.beside(&one.size, 1.0, &reversed).unwrap();
         let near = |p: [f64; 3], q: [f64; 3]| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-12);
         assert!(near(
             beside.to_unit([8.0, 1.0, 2.0]),
             frame.to_unit([0.0, 1.0, 2.0])
         ));
         // The same lengths after both were halved.
-        let halved = frame.beside(one.size, 0.5, &reversed).unwrap();
+        let halved = frame.beside(&one.size, 0.5, &reversed).unwrap();
         let along = |frame: &FrameTransform<3>| frame.sample_size()[0];
         assert!((along(&halved) - 0.5 * along(&beside)).abs() < 1e-15);
         // Without a place it has the same samples or none.
         let mut nowhere = reversed.clone();
         nowhere.affine = None;
-        assert_eq!(frame.beside(one.size, 1.0, &nowhere), Some(frame));
-        assert_eq!(frame.beside([9, 8, 6], 1.0, &nowhere), None);
+        assert_eq!(frame.beside(&one.size, 1.0, &nowhere), Some(frame));
+        assert_eq!(frame.beside(&[9, 8, 6], 1.0, &nowhere), None);
         let flat = FrameTransform::around(&nowhere, 0.05, [1.0; 3], FrameRule::Shared);
-        assert_eq!(flat.beside(one.size, 1.0, &reversed), Some(flat));
-        assert_eq!(flat.beside([9, 8, 6], 1.0, &reversed), None);
+        assert_eq!(flat.beside(&one.size, 1.0, &reversed), Some(flat));
+        assert_eq!(flat.beside(&[9, 8, 6], 1.0, &reversed), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Lattices of samples in the world.
 
 use fe_grid::tensor::inverse_transpose;
+use levelset::bounds;
 
 use super::frame::FrameTransform;
 
@@ -86,14 +87,7 @@ impl Lattice {
     /// The samples of this lattice, continued where needed, in the box around points of the world.
     #[must_use]
     pub fn around(&self, points: impl IntoIterator<Item = [f64; 3]>) -> Self {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for point in points {
-            let sample = self.to_sample(point);
-            for k in 0..3 {
-                low[k] = low[k].min(sample[k]);
-                high[k] = high[k].max(sample[k]);
-            }
-        }
+        let [low, high] = bounds(points.into_iter().map(|point| self.to_sample(point)));
         // Corners that are samples but for rounding are taken in.
         let first = low.map(|x| (x - 1e-6).ceil());
         let size =

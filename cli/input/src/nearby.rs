@@ -1,5 +1,7 @@
 //! Boxes that overlap, found by a tree.
 
+use levelset::bounds;
+
 /// Boxes in a leaf.
 const LEAF: usize = 8;
 
@@ -8,13 +10,7 @@ pub(crate) type Bounds<const D: usize> = [[f64; D]; 2];
 
 /// The box around points, larger by a margin to every side.
 pub(crate) fn around<const D: usize>(points: &[[f64; D]], margin: f64) -> Bounds<D> {
-    let nothing = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
-    let [low, high] = points.iter().fold(nothing, |[low, high], p| {
-        [
-            std::array::from_fn(|k| low[k].min(p[k])),
-            std::array::from_fn(|k| high[k].max(p[k])),
-        ]
-    });
+    let [low, high] = bounds(points.iter().copied());
     [low.map(|x| x - margin), high.map(|x| x + margin)]
 }
 

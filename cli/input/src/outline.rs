@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use levelset::{Contour, ContourDistance};
+use levelset::{Contour, ContourDistance, bounds};
 
 use super::decode::{VALUE, check_count};
 use super::filled::{Covered, Filled};
@@ -87,13 +87,8 @@ fn samples_around<const D: usize>(
     contour: &Contour<D>,
     path: &Path,
 ) -> Result<Samples<D>, InputError> {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for p in contour.simplices().iter().flatten() {
-        let p = contour.points()[*p as usize];
-        for k in 0..D {
-            (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
-        }
-    }
+    // Not of points without a segment or triangle.
+    let [low, high] = bounds(contour.all_corners().flatten());
     let sides: [f64; D] = std::array::from_fn(|k| high[k] - low[k]);
     let longest = sides.iter().fold(0.0f64, |a, b| a.max(*b));
     let spacing = longest / SAMPLES[D - 2] as f64;

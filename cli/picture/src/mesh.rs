@@ -1,5 +1,7 @@
 //! Shaded views of surfaces: an own small rasteriser with a depth buffer.
 
+use levelset::bounds;
+
 use super::{Canvas, Colour, WHITE, mix};
 
 /// Room around the disk of the bounds.
@@ -88,14 +90,8 @@ impl Bounds {
     /// A ball whose disk just covers the square around the projection of the surfaces.
     pub fn around<'a>(view: View, surfaces: impl IntoIterator<Item = Surface<'a>>) -> Self {
         let axes = view.axes();
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for vertex in surfaces.into_iter().flat_map(|s| s.vertices) {
-            for k in 0..3 {
-                let x = dot(axes[k], *vertex);
-                low[k] = low[k].min(x);
-                high[k] = high[k].max(x);
-            }
-        }
+        let vertices = surfaces.into_iter().flat_map(|s| s.vertices);
+        let [low, high] = bounds(vertices.map(|vertex| axes.map(|axis| dot(axis, *vertex))));
         if low[0] > high[0] {
             return Self {
                 centre: [0.5; 3],

@@ -1,7 +1,7 @@
 //! `--labels`: shapes of several components, from their label images to what is written of each.
 
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
 use serde::Serialize;
 use shape_average::{AverageError, ComponentResult};
 
@@ -10,7 +10,8 @@ use super::record::{Distance, distances};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::shapes::{
-    Components, Input, ResultPlace, SizeRecord, VisibilityMask, common_scale, inspect_thinness,
+    Components, Input, InputRecord, ResultPlace, SizeRecord, VisibilityMask, common_scale,
+    inspect_thinness,
 };
 use crate::warp::write_labels;
 use shapespace_picture::Shape;
@@ -60,11 +61,20 @@ impl<const D: usize> Parts<D> {
     /// Those of the contours.
     pub fn outlines(&self, number: usize) -> Result<Vec<Contour<D>>, CliError> {
         let m = self.labels.len();
-        let own = self.distances[number * m..(number + 1) * m].iter();
-        let outlines = own.map(|distance| contour(distance, 0.0, BoxEdge::Closed));
-        let outlines = outlines.collect::<Result<_, _>>();
-        Ok(outlines.map_err(AverageError::from)?)
+        boundaries(&self.distances[number * m..(number + 1) * m])
     }
+}
+
+/// The boundaries of shapes given by their signed distances; the faces of the box close them.
+///
+/// # Errors
+/// Those of the contours.
+pub(crate) fn boundaries<const D: usize>(
+    distances: &[ScalarField<f64, D>],
+) -> Result<Vec<Contour<D>>, CliError> {
+    let boundaries = distances.iter().map(|u| contour(u, 0.0, BoxEdge::Closed));
+    let boundaries = boundaries.collect::<Result<_, _>>();
+    Ok(boundaries.map_err(AverageError::from)?)
 }
 
 /// A component in `result.json`.
@@ -91,25 +101,30 @@ impl ComponentRecord<'_> {
     }
 }
 
-/// The records of the components of an average; none of shapes of one.
-pub(super) fn records<const D: usize>(outcome: &Outcome<D>) -> Vec<ComponentRecord<'_>> {
+/// The records of the components of an average with these boundaries; none of shapes of one.
+///
+/// # Errors
+/// Those of the volumes of contours.
+pub(super) fn records<'a, const D: usize>(
+    outcome: &'a Outcome<D>,
+    outlines: &[Contour<D>],
+) -> Result<Vec<ComponentRecord<'a>>, CliError> {
     let inputs = &outcome.inputs;
+    let scale = common_scale(inputs.iter().map(Input::scale));
+    let components = outcome.result.components.iter().zip(labels_of(outcome));
     let mut records = Vec::new();
-    for (component, label) in outcome.result.components.iter().zip(labels_of(outcome)) {
-        let size = outline(component).and_then(|outline| Moments::of_contour(&outline));
+    for ((component, label), outline) in components.zip(outlines) {
+        let volume = enclosed_volume(outline).map_err(AverageError::from)?;
         records.push(ComponentRecord {
             label: *label,
             dice: &component.dice,
             mean_dice: component.dice.iter().sum::<f64>() / component.dice.len() as f64,
             hausdorff: distances(&component.hausdorff, |_| 1.0),
             hausdorff_input_units: distances(&component.hausdorff, |i| inputs[i].scale()),
-            average: size.map_or_else(
-                |_| SizeRecord::default(),
-                |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
-            ),
+            average: SizeRecord::new::<D>(volume, scale),
         });
     }
-    records
+    Ok(records)
 }
 
 /// The labels of the components; none of shapes of one.
@@ -165,12 +180,12 @@ pub(super) fn label_field<const D: usize>(outcome: &Outcome<D>) -> ScalarField<f
 /// [`CliError::Output`], and [`CliError::Computation`] for a component without a boundary.
 pub(super) fn write_components<const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
+    (outcome, inputs): (&Outcome<D>, &[InputRecord<D>]),
     place: &ResultPlace<D>,
     whole: &Contour<D>,
     outlines: &[Contour<D>],
 ) -> Result<(), CliError> {
-    let (inputs, labels) = (&outcome.inputs, labels_of(outcome));
+    let labels = labels_of(outcome);
     if labels.is_empty() {
         return Ok(());
     }

@@ -33,6 +33,7 @@ use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, add_topologies, settle};
 use crate::summary::Summary;
 use components::Parts;
+pub(crate) use components::boundaries;
 use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;

@@ -3,17 +3,17 @@
 use std::path::Path;
 use std::time::Instant;
 
-use levelset::{Hausdorff, LevelsetError, Moments};
+use levelset::Hausdorff;
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
 
-use super::components::{ComponentRecord, labels_of, records};
+use super::components::{ComponentRecord, labels_of};
 use super::error_bars::ErrorBars;
 use super::minima::{FoundMinima, add_minima, doubts as doubts_of_starts};
 use super::{AverageConfig, Outcome};
 use crate::doubts::named_by_label;
 use crate::report::{self, overall};
-use crate::shapes::{BoundaryRecord, InputRecord, SizeRecord, common_scale, doubts_of};
+use crate::shapes::{BoundaryRecord, Input, SizeRecord, common_scale, doubts_of, records_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -61,15 +61,15 @@ pub(super) enum Distance {
     Unknown {},
 }
 
-/// The record of a result whose average has this area or volume. The time is measured up to this
-/// call.
-pub(super) fn record<const D: usize>(
-    outcome: &Outcome<D>,
-    volume: Result<Moments<D>, LevelsetError>,
+/// The record of a result whose average has this area or volume, and these components. The time is
+/// measured up to this call.
+pub(super) fn record<'a, const D: usize>(
+    outcome: &'a Outcome<D>,
+    (volume, components): (f64, Vec<ComponentRecord<'a>>),
     boundaries: BoundaryRecord,
     strain: Vec<Option<StrainRanges>>,
     start: Instant,
-) -> Record<'_, D> {
+) -> Record<'a, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
     let levels = &result.levels;
     let found = Found {
@@ -80,11 +80,8 @@ pub(super) fn record<const D: usize>(
         mean_dice: result.mean_dice(),
         hausdorff: distances(&result.hausdorff, |_| 1.0),
         hausdorff_input_units: distances(&result.hausdorff, |i| inputs[i].scale()),
-        average: volume.map_or_else(
-            |_| SizeRecord::default(),
-            |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
-        ),
-        components: records(outcome),
+        average: SizeRecord::new::<D>(volume, common_scale(inputs.iter().map(Input::scale))),
+        components,
         boundaries,
         strain,
         error_bars: outcome.error_bars.as_ref(),
@@ -99,8 +96,7 @@ pub(super) fn record<const D: usize>(
     doubts.extend(outcome.minima.iter().flat_map(doubts_of_starts));
     let names = inputs.iter().map(|input| &*input.name);
     let doubts = named_by_label(&doubts, names, labels_of(outcome));
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
-        .of(inputs.iter().map(InputRecord::new).collect())
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(records_of(inputs))
 }
 
 /// Distances divided by the scales of their shapes.

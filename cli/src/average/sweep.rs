@@ -2,9 +2,11 @@
 //! a triangle, in one picture.
 
 use fe_grid::{Certificate, Distribution, Grid, ScalarField};
-use levelset::{BoxEdge, Cause, Doubt, Moments, contour};
+use levelset::{BoxEdge, Cause, Doubt, contour, enclosed_volume};
 use serde::Serialize;
-use shape_average::{AverageParams, AverageResult, average_of_visible, memory_estimate};
+use shape_average::{
+    AverageError, AverageParams, AverageResult, average_of_visible, memory_estimate,
+};
 
 use super::args::AverageConfig;
 use super::plan::{AveragePlan, fingerprint, plan_average};
@@ -15,7 +17,7 @@ use crate::memory::announce;
 use crate::output::{ResultDir, numbered};
 use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, settle};
+use crate::shapes::{Input, SizeRecord, common_scale, doubts_of, records_of, settle};
 use crate::summary::Summary;
 use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 
@@ -138,13 +140,13 @@ impl Command for Sweep {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let (inputs, found) = (&outcome.inputs, &outcome.averages);
-        let scale = common_scale(inputs);
+        let scale = common_scale(inputs.iter().map(Input::scale));
         let mut averages = Vec::new();
         for (i, (weights, result)) in found.iter().enumerate() {
             directory.array(numbered("average", i, "npy"), &result.average)?;
             let mask = numbered("average_mask", i, "npy");
             directory.object(mask, &result.average_mask, 0.5)?;
-            averages.push(one_record(weights, result, scale));
+            averages.push(one_record(weights, result, scale)?);
         }
         directory.picture("sweep.png", || picture(found, &outcome.grid, self.side))?;
         let missing = weights(inputs.len(), self.side).len() - averages.len();
@@ -171,7 +173,7 @@ impl Command for Sweep {
             doubts,
             session.start,
         )
-        .of(inputs.iter().map(InputRecord::new).collect());
+        .of(records_of(inputs));
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -181,22 +183,20 @@ fn one_record<const D: usize>(
     weights: &[f64],
     result: &AverageResult<D>,
     scale: Option<f64>,
-) -> OneRecord {
+) -> Result<OneRecord, CliError> {
     let outline = contour(&result.average_indicator, 0.5, BoxEdge::Closed);
-    let volume = outline.and_then(|outline| Moments::of_contour(&outline));
-    OneRecord {
+    let volume = outline.and_then(|outline| enclosed_volume(&outline));
+    let volume = volume.map_err(AverageError::from)?;
+    Ok(OneRecord {
         weights: weights.to_vec(),
         status: overall(result.status, result.levels.last().map(|l| l.status)),
         energy: result.energy.total,
         elastic: result.energy.elastic.clone(),
         dice: result.dice.clone(),
         certificate: result.certificate,
-        average: volume.map_or_else(
-            |_| SizeRecord::default(),
-            |moments| SizeRecord::new::<D>(moments.volume, scale),
-        ),
+        average: SizeRecord::new::<D>(volume, scale),
         seconds: result.seconds,
-    }
+    })
 }
 
 /// The averages in colours interpolated between those of the shapes; two shapes in rows, three in a

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
+use shape_average::AverageError;
 
 use super::Outcome;
 use super::components::{
-    average_outlines, label_field, labels_of, write_components, write_phase_fields,
+    average_outlines, label_field, labels_of, records, write_components, write_phase_fields,
 };
 use super::draw::picture;
 use super::record::{record, summary};
@@ -19,9 +20,8 @@ use crate::output::npy::Precision;
 use crate::output::surface::PointArray;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered};
-use crate::pca::moved;
 use crate::session::Session;
-use crate::shapes::{ResultPlace, WorldFrame};
+use crate::shapes::{ResultPlace, WorldFrame, records_of};
 use crate::summary::Summary;
 use crate::warp::{Space, write_shape, write_warps};
 use shapespace_input::Image;
@@ -55,14 +55,15 @@ pub(super) fn write_all<const D: usize>(
         let picture = picture(outcome, &outline, &parts)?.write_png(path);
         picture.map_err(|source| CliError::from(OutputError::at(path)(source)))
     })?;
-    let place = ResultPlace::of_inputs(&outcome.inputs);
+    let inputs = &records_of(&outcome.inputs);
+    let place = ResultPlace::of_inputs(inputs);
     place.write(directory, "average", &outline)?;
     let grid = *outcome.result.average.grid();
-    write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
+    write_shape(directory, "average", inputs, &outline, grid)?;
     write_surfaces_of_inputs(directory, outcome, &place)?;
-    write_components(directory, outcome, &place, &outline, &parts)?;
-    let space = Space::of_inputs(directory, &outcome.inputs);
-    let of_input = |number| Space::of_input(&outcome.inputs, number);
+    write_components(directory, (outcome, inputs), &place, &outline, &parts)?;
+    let space = Space::of_inputs(directory, inputs);
+    let of_input = |number| Space::of_input(inputs, number);
     let determinants = strains.maps.iter().map(|maps| &*maps.determinant);
     let jacobians = write_warps(
         directory,
@@ -71,10 +72,16 @@ pub(super) fn write_all<const D: usize>(
         displacements,
         determinants,
     )?;
-    write_paraview(directory, outcome, &jacobians)?;
-    let volume = Moments::of_contour(&outline);
+    write_paraview(
+        directory,
+        outcome,
+        WorldFrame::of_inputs(inputs),
+        &jacobians,
+    )?;
+    let volume = enclosed_volume(&outline).map_err(AverageError::from)?;
+    let sizes = (volume, records(outcome, &parts)?);
     let strains = strains.ranges();
-    let record = record(outcome, volume, place.record(), strains, session.start);
+    let record = record(outcome, sizes, place.record(), strains, session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))
 }
@@ -90,7 +97,7 @@ fn write_surfaces_of_inputs<const D: usize>(
     }
     let pairs = outcome.inputs.iter().zip(&outcome.result.displacements);
     directory.for_each(pairs.enumerate(), &|(number, (input, displacement))| {
-        let there = place.placed(&moved(&input.contour, displacement, 1.0));
+        let there = place.placed(&input.contour.displaced(displacement, 1.0));
         let here = place.placed(&input.contour);
         let ends = there.points().iter().zip(here.points());
         let ways: Vec<f64> = ends
@@ -128,7 +135,7 @@ pub(crate) fn write_inputs<const D: usize>(
 /// The boundary of the average; the faces of the box close it.
 fn average_outline<const D: usize>(outcome: &Outcome<D>) -> Result<Contour<D>, CliError> {
     let indicator = &outcome.result.average_indicator;
-    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(shape_average::AverageError::from)?)
+    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(AverageError::from)?)
 }
 
 fn write_arrays<const D: usize>(
@@ -158,13 +165,14 @@ fn write_arrays<const D: usize>(
 fn write_paraview<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
+    world: Option<WorldFrame<D>>,
     jacobians: &[Field<f32, D, 1>],
 ) -> Result<(), CliError> {
     let result = &outcome.result;
     let labels = (!labels_of(outcome).is_empty()).then(|| label_field(outcome));
     Ok(directory.with_file("average.vti", |path| {
         let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
-            .within(WorldFrame::of_inputs(&outcome.inputs))
+            .within(world)
             .field("average", &result.average)
             .field("mask", &result.average_mask);
         if let Some(labels) = &labels {

@@ -160,7 +160,7 @@ fn record<const D: usize>(
     let mut doubts = extension.doubts(outcome.steps, outcome.geodesic.energies.last().copied());
     doubts.extend(of_source(&outcome.geodesic.doubts));
     let doubts = named(&doubts, []);
-    let world = WorldFrame::of_records(&outcome.geodesic.inputs);
+    let world = WorldFrame::of_inputs(&outcome.geodesic.inputs);
     ExtensionRecord::new(status, Some(grid), &outcome.config, extended, doubts, start)
         .within(world.as_ref())
 }

@@ -17,7 +17,6 @@ use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::InputRecord;
 use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
-use shapespace_input::frame::FrameTransform;
 
 /// The record of the steps of a geodesic.
 #[derive(Clone, Debug, Deserialize)]
@@ -46,25 +45,10 @@ pub(crate) struct StoredGeodesic<const D: usize> {
     pub names: [String; 2],
     /// Parameters of the geodesic.
     pub params: GeodesicParams,
-    /// The start mask.
-    pub frame: Placement<D>,
     /// How the masks were read.
     pub read_options: ReadOptions,
     /// Start and end.
     pub inputs: Vec<InputRecord<D>>,
-}
-
-/// Placement of the start mask in the unit box.
-#[derive(Clone, Debug)]
-pub(crate) struct Placement<const D: usize> {
-    /// Samples along each axis, `x` first.
-    pub size: [usize; D],
-    /// From samples to the unit box.
-    pub frame: FrameTransform<D>,
-    /// Factor by which it was scaled before.
-    pub size_factor: f64,
-    /// Alignment after that: a rotation, row by row, and a translation.
-    pub motion: Option<([[f64; D]; D], [f64; D])>,
 }
 
 /// Reads the directory of a geodesic.
@@ -123,12 +107,6 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
         Domain::End => Some(fields.displacement(&grid, "backward", 1)?),
     };
     let names = [start, end].map(|input| input.name.clone());
-    let frame = frame(start).ok_or_else(|| {
-        unfit(
-            directory,
-            "it does not state the placement of its start".into(),
-        )
-    })?;
     Ok(StoredGeodesic {
         level_sets,
         displacements,
@@ -139,22 +117,8 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
         names,
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
-        frame,
         read_options,
         inputs: record.input,
-    })
-}
-
-fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Placement<D>> {
-    let motion = match &start.alignment {
-        None => None,
-        Some(alignment) => Some(alignment.motion()?),
-    };
-    Some(Placement {
-        size: start.size.as_slice().try_into().ok()?,
-        frame: start.frame,
-        size_factor: start.size_factor.unwrap_or(1.0),
-        motion,
     })
 }
 

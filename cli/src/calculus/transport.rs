@@ -11,8 +11,8 @@ use ::geodesic::{GeodesicError, GeodesicParams, memory_estimate as memory_of_pat
 use fe_grid::{Field, ScalarField};
 use levelset::topology::Topology;
 use levelset::{
-    BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
-    share_outside,
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, contour, enclosed_volume,
+    hausdorff, share_outside,
 };
 
 use super::args::TransportConfig;
@@ -160,7 +160,7 @@ fn record<'a, const D: usize>(
     start: Instant,
 ) -> Result<TransportRecord<'a, D>, CliError> {
     let (variation, shot) = (&outcome.variation, &outcome.counterpart.shot);
-    let [last, counterpart] = [0, path.steps()].map(|k| &path.contours[k]);
+    let size = |shape| enclosed_volume(shape).map_err(GeodesicError::from);
     let transported = Transported {
         given_steps: outcome.geodesic.motions.len(),
         steps_found: path.steps(),
@@ -170,8 +170,8 @@ fn record<'a, const D: usize>(
         volumes: [
             size(first)?,
             size(&variation.outline)?,
-            size(last)?,
-            size(counterpart)?,
+            path.sizes[0],
+            path.sizes[path.steps()],
         ],
         step_energies: path.parts.energies.clone(),
         certificate: shot.certificate,
@@ -183,7 +183,7 @@ fn record<'a, const D: usize>(
     let doubts = named(&config.doubts(outcome), [&*config.name()]);
     Ok(
         TransportRecord::new(status, Some(grid), config, transported, doubts, start)
-            .within(WorldFrame::of_records(&outcome.geodesic.inputs).as_ref()),
+            .within(WorldFrame::of_inputs(&outcome.geodesic.inputs).as_ref()),
     )
 }
 
@@ -235,9 +235,10 @@ impl TransportConfig {
         session: &Session<'_>,
         checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Variation<D>, CliError> {
-        let placement = &geodesic.frame;
-        let (size, factor) = (placement.size, placement.size_factor);
-        let frame = placement.frame.beside(size, factor, image);
+        // Geodesics that were read have two inputs.
+        let start = &geodesic.inputs[0];
+        let (size, factor) = (&start.size, start.size_factor.unwrap_or(1.0));
+        let frame = start.frame.beside(size, factor, image);
         let frame = frame.ok_or_else(|| {
             self.unfit(format!(
                 "has {:?} samples, the first shape of the geodesic {size:?} (x first), and does not state its place \
@@ -247,7 +248,8 @@ impl TransportConfig {
         })?;
         let first = &geodesic.level_sets[0];
         let grid = *first.grid();
-        let (outline, near) = place_like(image, frame, placement.motion, grid)?;
+        let motion = start.alignment.map(|alignment| alignment.motion);
+        let (outline, near) = place_like(image, frame, motion, grid)?;
         let outside = share_outside(&outline, &grid).map_err(GeodesicError::from)?;
         if Doubt::check(Cause::OutsideBox, outside).is_some() {
             return Err(self.unfit(format!(
@@ -398,11 +400,6 @@ fn summary<const D: usize>(record: &TransportRecord<'_, D>) -> Summary {
     summary
 }
 
-fn size<const D: usize>(shape: &Contour<D>) -> Result<f64, CliError> {
-    let moments = Moments::of_contour(shape).map_err(GeodesicError::from)?;
-    Ok(moments.volume)
-}
-
 /// Overlap of a shape with the deformation of another, and the mean distance of their boundaries
 /// in spacings.
 fn overlap<const D: usize>(
@@ -411,10 +408,7 @@ fn overlap<const D: usize>(
     shape: &ScalarField<f64, D>,
 ) -> Result<(f64, f64), CliError> {
     let measured = || {
-        let moved = contour(first, 0.0, BoxEdge::Open)?.map(|p| {
-            let u = displacement.sample(p);
-            std::array::from_fn(|k| p[k] + u[k])
-        });
+        let moved = contour(first, 0.0, BoxEdge::Open)?.displaced(displacement, 1.0);
         let apart = hausdorff(&moved, &contour(shape, 0.0, BoxEdge::Open)?)?;
         let moved = ContourDistance::new(&moved)?.sample(*shape.grid());
         let dice = levelset::dice(&moved, 0.0, shape, 0.0)?;

@@ -12,7 +12,7 @@ use super::CompareConfig;
 use super::source::{Compared, Kind, StoredScores};
 use super::table::Covariate;
 use crate::error::CliError;
-use crate::pca::{moved, shown};
+use crate::pca::shown;
 
 /// The result of a comparison.
 pub(crate) struct Outcome<const D: usize> {
@@ -113,7 +113,7 @@ fn of_modes<const D: usize>(
         Ok(points.map(along).collect())
     };
     let predicted = |scores: Vec<f64>| -> Result<Predicted<D>, CliError> {
-        let outline = moved(&outline, &displacement(&scores)?, -1.0);
+        let outline = outline.displaced(&displacement(&scores)?, -1.0);
         let distance = ContourDistance::new(&outline).map_err(shown)?;
         Ok(Predicted {
             level_set: distance.sample(*space.object.grid()),

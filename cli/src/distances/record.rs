@@ -173,7 +173,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let asked = |mark: &MarkRecord<'_>| mark.outcome == MarkOutcome::Used && !mark.path.end_near;
     let used = marked.iter().any(asked);
     let complete = study.complete && !used;
-    let scale = common_scale(inputs);
+    let scale = common_scale(inputs.iter().map(Input::scale));
     let found = Found {
         align: outcome.align,
         shard: outcome.shard.map(|shard| shard.to_string()),

@@ -3,7 +3,7 @@
 
 use fe_grid::ScalarField;
 use hyperelastic::LameModuli;
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
 use shape_average::{AverageError, AverageParams, AverageResult, Mean};
 use shapespace_report::table::Cell;
 
@@ -151,8 +151,8 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
     compared.tiles.outlines("all three", &pairs);
     let volume = |field: &ScalarField<f64, D>, level| -> Result<f64, CliError> {
         let outline = contour(field, level, BoxEdge::Closed);
-        let moments = outline.and_then(|outline| Moments::of_contour(&outline));
-        Ok(moments.map_err(AverageError::from)?.volume)
+        let volume = outline.and_then(|outline| enclosed_volume(&outline));
+        Ok(volume.map_err(AverageError::from)?)
     };
     let inputs = scene.distances.iter().map(|shape| volume(shape, 0.0));
     let inputs = inputs.collect::<Result<Vec<f64>, _>>()?;

@@ -2,28 +2,23 @@
 
 use std::path::Path;
 
-use fe_grid::minimise::Silent;
 use fe_grid::{Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, Contour, contour, dice};
-use shape_average::{AverageError, AverageParams, AverageResult, Shapes};
-use shape_pca::{Average, Compound, Pca, PcaParams};
+use shape_average::{AverageError, AverageResult, Shapes};
+use shape_pca::Pca;
 use shapespace_generate::{Bar, Implicit};
 use shapespace_report::table::{Cell, Table};
 
 use super::drawn::drawn_image;
+use super::modes::{AMPLITUDE, COLUMNS, KINDS, MODES, analyse, balanced, draw_rows};
 use super::scene::{Scene, outline};
 use super::sheet::{Sheet, Tiles};
+use crate::average::boundaries;
 use crate::error::CliError;
 use crate::shapes::Components;
 use shapespace_input::Image;
 use shapespace_picture::{Colour, INK, colour};
 
-/// Tiles in a row, and shapes of a mode.
-const COLUMNS: usize = 5;
-/// How far the shapes of a mode go, in standard deviations.
-const AMPLITUDE: f64 = 2.0;
-/// Modes drawn of every analysis.
-const MODES: usize = 2;
 /// Half the length of the built-in bars.
 const HALF: f64 = 0.3;
 /// Where their two labels meet, along the bar, and how it is bent, in degrees.
@@ -83,13 +78,7 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
         n => Shapes::of_components(&scene.distances, &scene.parts, n)?,
     };
     let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
-    let outlines = scene
-        .parts
-        .iter()
-        .map(|part| contour(part, 0.0, BoxEdge::Closed));
-    let outlines: Vec<Contour<D>> = outlines
-        .collect::<Result<_, _>>()
-        .map_err(AverageError::from)?;
+    let outlines = boundaries(&scene.parts)?;
     for (name, parts) in scene.names.iter().zip(outlines.chunks(n_components)) {
         tiles.outlines(name, &coloured(parts));
     }
@@ -111,7 +100,7 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
             params = own.clone();
         })?;
         scene.session.progress.stage(format!("modes, {what}"));
-        let pca = analyse(&result, &params)?;
+        let pca = analyse(&result, &params, &KINDS[0])?;
         let pushed = pushed(scene, &result);
         let ratios = pca.ratios();
         let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
@@ -126,7 +115,7 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
             ratio(1).into(),
             ratio(2).into(),
         ]);
-        let own = boundaries(&result)?;
+        let own = own_boundaries(&result)?;
         draw_average(&mut tiles, what, &own, &pushed, n_components)?;
         draw_modes(&mut tiles, what, &own, &pca);
     }
@@ -147,7 +136,7 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
 }
 
 /// The boundaries of the components of an average, or of the whole where there is one.
-fn boundaries<const D: usize>(result: &AverageResult<D>) -> Result<Vec<Contour<D>>, CliError> {
+fn own_boundaries<const D: usize>(result: &AverageResult<D>) -> Result<Vec<Contour<D>>, CliError> {
     if result.components.is_empty() {
         return Ok(vec![outline(result)?]);
     }
@@ -155,27 +144,6 @@ fn boundaries<const D: usize>(result: &AverageResult<D>) -> Result<Vec<Contour<D
     let parts = parts.map(|part| contour(&part.average_indicator, 0.5, BoxEdge::Closed));
     let parts = parts.collect::<Result<_, _>>();
     Ok(parts.map_err(AverageError::from)?)
-}
-
-/// Parameters for which the stresses balance.
-fn balanced(params: &mut AverageParams) {
-    params.length_weight = Some(1e-5 * params.mismatch_weight);
-    params.tolerance = params.tolerance.min(2e-4);
-    params.max_iterations = params.max_iterations.max(1000);
-}
-
-fn analyse<const D: usize>(
-    result: &AverageResult<D>,
-    params: &AverageParams,
-) -> Result<Pca<D>, CliError> {
-    let average = Average::of_result(result, params)?;
-    let own = PcaParams {
-        law: params.law,
-        void_stiffness: params.void_stiffness,
-        ..PcaParams::default()
-    };
-    let compound = Compound::new(&average, &own)?;
-    Ok(Pca::new(&average, &compound, usize::MAX, &mut Silent)?)
 }
 
 /// The components of all shapes by the deformations of a result, all of the first shape before those of the
@@ -223,12 +191,7 @@ fn draw_average<const D: usize>(
     pushed: &[ScalarField<f64, D>],
     n_components: usize,
 ) -> Result<(), CliError> {
-    let outlines = pushed
-        .iter()
-        .map(|part| contour(part, 0.0, BoxEdge::Closed));
-    let outlines: Vec<Contour<D>> = outlines
-        .collect::<Result<_, _>>()
-        .map_err(AverageError::from)?;
+    let outlines = boundaries(pushed)?;
     let mut drawn: Vec<(&Contour<D>, Colour)> = Vec::new();
     for parts in outlines.chunks(n_components) {
         drawn.extend(coloured(parts));
@@ -239,30 +202,18 @@ fn draw_average<const D: usize>(
     Ok(())
 }
 
-/// The first modes, each a row, of shapes with these boundaries.
+/// The first modes of shapes with these boundaries.
 fn draw_modes<const D: usize>(tiles: &mut Tiles<D>, what: &str, own: &[Contour<D>], pca: &Pca<D>) {
-    let space = &pca.space;
-    for j in 0..space.eigenvalues.len().min(MODES) {
-        for i in 0..COLUMNS {
-            let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
-            let factor = -share * AMPLITUDE * space.eigenvalues[j].sqrt();
-            let moved = own.iter().map(|part| {
-                part.map(|p| {
-                    let u = space.fields[j].sample(p);
-                    std::array::from_fn(|k| p[k] + factor * u[k])
-                })
-            });
-            let moved: Vec<Contour<D>> = moved.collect();
-            let words = match i {
-                0 => format!("{what}, mode {}", j + 1),
-                _ => format!("{:+.0} s", share * AMPLITUDE),
-            };
-            let drawn = match &moved[..] {
-                [one] => vec![(one, INK)],
-                parts => coloured(parts),
-            };
-            tiles.outlines(&words, &drawn);
-        }
-        tiles.end_row();
-    }
+    draw_rows(tiles, &pca.space, &[], |tiles, (j, i, share), moved| {
+        let moved: Vec<Contour<D>> = own.iter().map(moved).collect();
+        let words = match i {
+            0 => format!("{what}, mode {}", j + 1),
+            _ => format!("{:+.0} s", share * AMPLITUDE),
+        };
+        let drawn = match &moved[..] {
+            [one] => vec![(one, INK)],
+            parts => coloured(parts),
+        };
+        tiles.outlines(&words, &drawn);
+    });
 }

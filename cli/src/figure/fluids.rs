@@ -1,7 +1,8 @@
 //! Paths in fluids that keep lengths, and in fluids that keep areas.
 
-use ::geodesic::GeodesicParams;
+use ::geodesic::{GeodesicError, GeodesicParams};
 use hyperelastic::{LameModuli, LawSpec};
+use levelset::{BoxEdge, contour, enclosed_volume};
 use shapespace_report::table::{Cell, Table};
 
 use super::paths::{name, pairs, params, path, portrait, verdict};
@@ -45,7 +46,11 @@ pub(super) fn fluids<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
                 ..usual
             };
             let found = path(scene, &format!("{name}, lambda/mu {ratio}"), ends, &own)?;
-            let areas: Vec<f64> = found.level_sets.iter().map(area).collect();
+            let areas = found.level_sets.iter().map(|shape| {
+                let outline = contour(shape, 0.0, BoxEdge::Closed)?;
+                Ok(enclosed_volume(&outline)?)
+            });
+            let areas = areas.collect::<Result<Vec<f64>, GeodesicError>>()?;
             let (first, last) = (areas[0], areas[areas.len() - 1]);
             // Relative to the area of a steady change from one end to the other.
             let steady = |k: usize| first + (last - first) * k as f64 / (areas.len() - 1) as f64;
@@ -82,11 +87,4 @@ pub(super) fn fluids<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
         table,
         picture: tiles.draw(),
     })
-}
-
-/// The area or volume inside a level set; 0 for a shape that has vanished.
-fn area<const D: usize>(shape: &fe_grid::ScalarField<f64, D>) -> f64 {
-    let outline = levelset::contour(shape, 0.0, levelset::BoxEdge::Closed);
-    let moments = outline.and_then(|outline| levelset::Moments::of_contour(&outline));
-    moments.map_or(0.0, |moments| moments.volume)
 }

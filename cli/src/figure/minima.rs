@@ -120,9 +120,9 @@ fn tile<const D: usize>(
         let line: Vec<[f64; D]> = (0..POINTS)
             .map(|k| {
                 let t = k as f64 / (POINTS - 1) as f64;
-                let p = std::array::from_fn(|c| middle[c] + t * (tip[c] - middle[c]));
-                let u = displacement.sample(p);
-                std::array::from_fn(|c| p[c] + u[c])
+                displacement.image(std::array::from_fn(|c| {
+                    middle[c] + t * (tip[c] - middle[c])
+                }))
             })
             .collect();
         tiles.slice.line(&mut tile, &line, 2.2, colour(i));

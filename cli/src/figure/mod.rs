@@ -39,7 +39,7 @@ use crate::options::{CheckpointOption, at_least, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Components, InputRecord, Placed, doubts_of, prepare};
+use crate::shapes::{Components, InputRecord, Placed, doubts_of, prepare, records_of};
 use crate::summary::Summary;
 use scene::Scene;
 use shapespace_input::Image;
@@ -160,7 +160,7 @@ impl Command for Figure {
         Ok(Outcome {
             sheet: sheet(self.name, &scene)?,
             doubts: scene.doubts.take(),
-            inputs: inputs.iter().map(InputRecord::new).collect(),
+            inputs: records_of(&inputs),
             config: plan.config,
             grid: scene.grid(),
             drawn: plan.drawn,

@@ -4,7 +4,7 @@ use fe_grid::VectorField;
 use fe_grid::minimise::Silent;
 use levelset::Contour;
 use shape_average::{AverageParams, AverageResult};
-use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
+use shape_pca::{Average, Compound, Metric, ModeSpace, Pca, PcaParams};
 use shapespace_report::table::{Cell, Table};
 
 use super::averages::materials;
@@ -14,20 +14,21 @@ use crate::error::CliError;
 use shapespace_picture::{INK, deviation, mix};
 
 /// Shapes of a mode, to both sides of the average.
-const COLUMNS: usize = 5;
+pub(super) const COLUMNS: usize = 5;
 /// How far they go, in standard deviations.
-const AMPLITUDE: f64 = 2.0;
+pub(super) const AMPLITUDE: f64 = 2.0;
 /// Modes drawn of every analysis.
-const MODES: usize = 2;
+pub(super) const MODES: usize = 2;
 
 /// A kind of analysis.
-struct Kind {
+pub(super) struct Kind {
     name: &'static str,
     metric: Metric,
     prestressed: bool,
 }
 
-const KINDS: [Kind; 3] = [
+/// The usual kind first.
+pub(super) const KINDS: [Kind; 3] = [
     Kind {
         name: "L2",
         metric: Metric::L2,
@@ -52,7 +53,8 @@ pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliErr
         balanced(own);
         params = own.clone();
     })?;
-    let pca = analyse(scene, &result, &params, &KINDS[0])?;
+    stage(scene, &KINDS[0]);
+    let pca = analyse(&result, &params, &KINDS[0])?;
     let (first, last) = (
         ["first eigenvalue", "second ratio"],
         ["balance", "definite"],
@@ -74,7 +76,7 @@ pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliErr
 }
 
 /// Parameters for which the stresses balance: no length carries a part of them.
-fn balanced(params: &mut AverageParams) {
+pub(super) fn balanced(params: &mut AverageParams) {
     params.length_weight = Some(1e-5 * params.mismatch_weight);
     params.tolerance = params.tolerance.min(2e-4);
     params.max_iterations = params.max_iterations.max(1000);
@@ -105,7 +107,8 @@ pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
         // All kinds of analysis of the usual material, one of each of the others.
         let kinds = if k == 1 { &KINDS[..] } else { &KINDS[..1] };
         for kind in kinds {
-            let pca = analyse(scene, &result, &params, kind)?;
+            stage(scene, kind);
+            let pca = analyse(&result, &params, kind)?;
             let label = format!("{}, {}", kind.name, short(material));
             if first.is_empty() {
                 first.clone_from(&pca.space.fields);
@@ -143,16 +146,17 @@ fn short(material: &str) -> &str {
     material.split(',').next().unwrap_or(material)
 }
 
-fn analyse<const D: usize>(
-    scene: &Scene<'_, D>,
+fn stage<const D: usize>(scene: &Scene<'_, D>, kind: &Kind) {
+    let stage = format!("modes by {}", kind.name);
+    scene.session.progress.stage(stage);
+}
+
+/// The modes of an average by one kind of analysis.
+pub(super) fn analyse<const D: usize>(
     result: &AverageResult<D>,
     params: &AverageParams,
     kind: &Kind,
 ) -> Result<Pca<D>, CliError> {
-    scene
-        .session
-        .progress
-        .stage(format!("modes by {}", kind.name));
     let average = Average::of_result(result, params)?;
     let own = PcaParams {
         law: params.law,
@@ -165,7 +169,28 @@ fn analyse<const D: usize>(
     Ok(Pca::new(&average, &compound, usize::MAX, &mut Silent)?)
 }
 
-/// The first modes, each a row.
+/// Draws the first modes of an analysis, each a row of shapes from one side of the average to the other. `tile`
+/// draws one of them: of the number of its mode, its place in the row, the share of [`AMPLITUDE`] there, and what
+/// moves boundaries so. Modes are drawn with these signs; missing ones are positive.
+pub(super) fn draw_rows<const D: usize>(
+    tiles: &mut Tiles<D>,
+    space: &ModeSpace<D>,
+    signs: &[f64],
+    tile: impl Fn(&mut Tiles<D>, (usize, usize, f64), &dyn Fn(&Contour<D>) -> Contour<D>),
+) {
+    for j in 0..space.eigenvalues.len().min(MODES) {
+        let sign = signs.get(j).copied().unwrap_or(1.0);
+        for i in 0..COLUMNS {
+            let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
+            let factor = -sign * share * AMPLITUDE * space.eigenvalues[j].sqrt();
+            let moved = |part: &Contour<D>| part.displaced(&space.fields[j], factor);
+            tile(tiles, (j, i, share), &moved);
+        }
+        tiles.end_row();
+    }
+}
+
+/// The first modes, each with the sign that it has in another analysis.
 fn draw<const D: usize>(
     tiles: &mut Tiles<D>,
     label: &str,
@@ -174,32 +199,28 @@ fn draw<const D: usize>(
     like: &[VectorField<f64, D>],
 ) {
     let space = &pca.space;
-    for j in 0..space.eigenvalues.len().min(MODES) {
-        let sign = like.get(j).map_or(1.0, |like| {
-            let both = |p: &[f64; D]| -> f64 {
-                let pairs = space.fields[j].sample(*p).into_iter().zip(like.sample(*p));
-                pairs.map(|(a, b)| a * b).sum()
-            };
-            f64::signum(boundary.points().iter().map(both).sum())
-        });
-        for i in 0..COLUMNS {
-            let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
-            let factor = -sign * share * AMPLITUDE * space.eigenvalues[j].sqrt();
-            let moved = boundary.map(|p| {
-                let u = space.fields[j].sample(p);
-                std::array::from_fn(|k| p[k] + factor * u[k])
-            });
-            let own = deviation(share);
-            let words = if i == 0 {
-                format!("{label}, mode {}", j + 1)
-            } else {
-                String::new()
-            };
-            tiles.outlines(
-                &words,
-                &[(boundary, mix([1.0; 3], INK, 0.25)), (&moved, own)],
-            );
-        }
-        tiles.end_row();
-    }
+    let sign = |(field, like): (&VectorField<f64, D>, &VectorField<f64, D>)| {
+        let both = |p: &[f64; D]| -> f64 {
+            let pairs = field.sample(*p).into_iter().zip(like.sample(*p));
+            pairs.map(|(a, b)| a * b).sum()
+        };
+        f64::signum(boundary.points().iter().map(both).sum())
+    };
+    let signs: Vec<f64> = space
+        .fields
+        .iter()
+        .zip(like)
+        .take(MODES)
+        .map(sign)
+        .collect();
+    draw_rows(tiles, space, &signs, |tiles, (j, i, share), moved| {
+        let words = if i == 0 {
+            format!("{label}, mode {}", j + 1)
+        } else {
+            String::new()
+        };
+        let pale = mix([1.0; 3], INK, 0.25);
+        let shapes = [(boundary, pale), (&moved(boundary), deviation(share))];
+        tiles.outlines(&words, &shapes);
+    });
 }

@@ -4,7 +4,7 @@
 use ::geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, dissipation_density};
 use fe_grid::{Field, ScalarField, parallel};
 use hyperelastic::LawSpec;
-use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
+use levelset::{BoxEdge, Contour, contour, enclosed_volume};
 
 use super::Outcome;
 use crate::error::CliError;
@@ -97,7 +97,7 @@ impl<const D: usize> Path<D> {
         let contours: Vec<_> = parallel::try_map(&parts.level_sets, &|u| {
             contour(u, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)
         })?;
-        let sizes: Result<Vec<_>, GeodesicError> = contours.iter().map(size).collect();
+        let sizes: Result<Vec<_>, _> = contours.iter().map(enclosed_volume).collect();
         let densities: Result<Vec<_>, GeodesicError> = parts
             .level_sets
             .iter()
@@ -108,7 +108,7 @@ impl<const D: usize> Path<D> {
             parts,
             contours,
             labels: Vec::new(),
-            sizes: sizes?,
+            sizes: sizes.map_err(GeodesicError::from)?,
             densities: densities?,
         })
     }
@@ -142,11 +142,7 @@ impl<const D: usize> Path<D> {
 
     /// A boundary of shape `k` at a fraction of the step to the next.
     pub fn moved(&self, k: usize, share: f64, contour: &Contour<D>) -> Contour<D> {
-        let displacement = &self.parts.displacements[k];
-        contour.map(|p| {
-            let u = displacement.sample(p);
-            std::array::from_fn(|i| p[i] + share * u[i])
-        })
+        contour.displaced(&self.parts.displacements[k], share)
     }
 }
 
@@ -163,14 +159,4 @@ fn label<const D: usize>(
         }
     }
     Ok(contour(&inside, 0.0, BoxEdge::Closed)?)
-}
-
-/// The area or volume inside a boundary; 0 for a shape that has vanished.
-fn size<const D: usize>(contour: &Contour<D>) -> Result<f64, GeodesicError> {
-    match Moments::of_contour(contour) {
-        Ok(moments) => Ok(moments.volume),
-        // Slivers are inside out by rounding.
-        Err(LevelsetError::EmptyContour | LevelsetError::InsideOut) => Ok(0.0),
-        Err(error) => Err(error.into()),
-    }
 }

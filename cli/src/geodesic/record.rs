@@ -11,7 +11,7 @@ use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::{DoubtRecord, named};
 use crate::report::{self, overall};
-use crate::shapes::{BoundaryRecord, InputRecord, common_scale};
+use crate::shapes::{BoundaryRecord, Input, common_scale, records_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -63,7 +63,7 @@ pub(super) fn record<'a, const D: usize>(
     start: Instant,
 ) -> Record<'a, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
-    let scale = common_scale(inputs);
+    let scale = common_scale(inputs.iter().map(Input::scale));
     let unit = |scale: f64| scale.powi(D as i32);
     let levels = &result.levels;
     let found = Found {
@@ -94,8 +94,7 @@ pub(super) fn record<'a, const D: usize>(
     if outcome.config.params.form == Form::LevelSets {
         doubts = doubts.into_iter().map(DoubtRecord::of_level_sets).collect();
     }
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
-        .of(inputs.iter().map(InputRecord::new).collect())
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(records_of(inputs))
 }
 
 /// Smaller angles of the rotation of a whole shape, in degrees, are not worth a line: bends have such, too.

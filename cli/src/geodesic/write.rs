@@ -16,7 +16,7 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{BoundaryRecord, Input, InputRecord, ResultPlace, WorldFrame};
+use crate::shapes::{BoundaryRecord, Input, InputRecord, ResultPlace, WorldFrame, records_of};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_steps_in_world};
 
@@ -63,8 +63,8 @@ pub(crate) fn write_path_of_inputs<const D: usize>(
     inputs: &[Input<D>],
     path: &Path<D>,
 ) -> Result<BoundaryRecord, CliError> {
-    let records: Vec<_> = inputs.iter().map(InputRecord::new).collect();
-    let coordinates = write_path(directory, stem, &records, path)?;
+    let inputs = &records_of(inputs);
+    let coordinates = write_path(directory, stem, inputs, path)?;
     for (k, contour) in path.contours.iter().enumerate() {
         // A shape that has vanished has no distance.
         if !contour.points().is_empty() {
@@ -90,13 +90,13 @@ pub(crate) fn write_path<const D: usize>(
 ) -> Result<BoundaryRecord, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
-    write_paraview(directory, stem, path, WorldFrame::of_records(inputs))?;
+    write_paraview(directory, stem, path, WorldFrame::of_inputs(inputs))?;
     write_steps(directory, path)?;
     directory.picture(format!("{stem}.png"), || film(path))?;
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
-    let place = ResultPlace::of_records(inputs);
+    let place = ResultPlace::of_inputs(inputs);
     for (k, contour) in path.contours.iter().enumerate() {
         let name = format!("shape_{k:03}");
         place.write_as(directory, &name, &["stl"], contour)?;

@@ -10,7 +10,7 @@ use super::{LengthConfig, Outcome};
 use crate::doubts::named;
 use crate::geodesic::path::Path;
 use crate::report::{self, CONVERGED, first_failure, overall};
-use crate::shapes::{BoundaryRecord, InputRecord, common_scale};
+use crate::shapes::{BoundaryRecord, Input, common_scale, records_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -105,7 +105,7 @@ pub(super) fn record<const D: usize>(
 ) -> Record<D> {
     let Outcome { inputs, given, .. } = outcome;
     // The volume of a unit cube of the inputs in the box.
-    let unit = common_scale(inputs).map(|scale| scale.powi(D as i32));
+    let unit = common_scale(inputs.iter().map(Input::scale)).map(|scale| scale.powi(D as i32));
     let measures = Measures::new(given.step_energies(), unit);
     let shortest = outcome.shortest.as_ref().map(|geodesic| {
         let path = Measures::new(geodesic.energy.step_energies.clone(), unit);
@@ -137,8 +137,7 @@ pub(super) fn record<const D: usize>(
     };
     let grid = outcome.distances[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
-        .of(inputs.iter().map(InputRecord::new).collect())
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(records_of(inputs))
 }
 
 impl PathEnd {

@@ -18,7 +18,7 @@ use crate::output::ResultDir;
 use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, Placed, WorldFrame, doubts_of, prepare};
+use crate::shapes::{Input, Placed, WorldFrame, doubts_of, prepare, records_of};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -128,7 +128,7 @@ impl Command for MetricConfig {
         directory.array("dissipation.npy", &flow.density)?;
         directory.with_file("metric.vti", |file| {
             VtiFile::new(*outcome.distance.grid(), Precision::Single)
-                .within(WorldFrame::of_inputs(&outcome.inputs))
+                .within(WorldFrame::of_inputs(&records_of(&outcome.inputs)))
                 .field("level_set", &outcome.distance)
                 .field("velocity", &flow.velocity)
                 .field("dissipation", &flow.density)

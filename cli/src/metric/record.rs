@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{MetricConfig, Outcome};
 use crate::doubts::named;
 use crate::report::{self, CONVERGED};
-use crate::shapes::{InputRecord, common_scale};
+use crate::shapes::{Input, common_scale, records_of};
 use crate::summary::Summary;
 
 /// The picture of the flow.
@@ -77,7 +77,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let (flow, config) = (&found.flow, &outcome.config);
     let metric = flow.metric();
     // The volume of a unit cube of the inputs in the box.
-    let unit = common_scale(inputs).map(|scale| scale.powi(D as i32));
+    let unit = common_scale(inputs.iter().map(Input::scale)).map(|scale| scale.powi(D as i32));
     let share = |part: f64| Some(part / metric).filter(|_| flow.deforms());
     let body = Found {
         metric,
@@ -115,8 +115,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     };
     let grid = outcome.distance.grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, Some(grid), config, body, doubts, start)
-        .of(inputs.iter().map(InputRecord::new).collect())
+    Record::new(status, Some(grid), config, body, doubts, start).of(records_of(inputs))
 }
 
 /// The summary of a result.

@@ -6,6 +6,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use levelset::bounds;
+use levelset::polygon::{area, encloses};
 use serde_json::{Value, json};
 use shapespace_input::Fill;
 
@@ -23,7 +25,7 @@ type Curve = [[f64; 2]];
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_outline(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
-    let decimals = decimals(bounds(curves));
+    let decimals = decimals(around(curves));
     write_text(&path.with_extension("csv"), &table(curves, decimals))?;
     let drawn = [(curves.to_vec(), Fill::EvenOdd)];
     write_drawing(&path.with_extension("svg"), &drawn)?;
@@ -36,9 +38,17 @@ pub fn write_outline(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> 
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_drawing(path: &Path, drawn: &[(Vec<&Curve>, Fill)]) -> Result<(), OutputError> {
-    let curves = drawn.iter().flat_map(|(curves, _)| curves);
-    let around = bounds(&curves.copied().collect::<Vec<_>>());
+    let around = around(drawn.iter().flat_map(|(curves, _)| curves));
     write_text(path, &drawing(drawn, around, decimals(around)))
+}
+
+/// The box around curves; that of the origin where there are no points.
+fn around<'a>(curves: impl IntoIterator<Item = &'a &'a Curve>) -> [[f64; 2]; 2] {
+    let around = bounds(curves.into_iter().copied().flatten().copied());
+    if around[0][0] > around[1][0] {
+        return [[0.0; 2]; 2];
+    }
+    around
 }
 
 /// The longest side of a box.
@@ -51,18 +61,6 @@ fn decimals(around: [[f64; 2]; 2]) -> usize {
     // None of an outline without points.
     let magnitude = extent(around).log10().floor().clamp(-12.0, 12.0) as i32;
     (DIGITS - magnitude).max(0) as usize
-}
-
-fn bounds(curves: &[&Curve]) -> [[f64; 2]; 2] {
-    let points = curves.iter().flat_map(|curve| curve.iter());
-    let around = points.fold(None, |around: Option<[[f64; 2]; 2]>, p| {
-        let [low, high] = around.unwrap_or([*p, *p]);
-        Some([
-            std::array::from_fn(|k| low[k].min(p[k])),
-            std::array::from_fn(|k| high[k].max(p[k])),
-        ])
-    });
-    around.unwrap_or_default()
 }
 
 fn table(curves: &[&Curve], decimals: usize) -> String {
@@ -101,7 +99,7 @@ fn polygons(curves: &[&Curve], decimals: usize) -> Value {
     let areas: Vec<f64> = curves.iter().map(|curve| area(curve)).collect();
     let parts = || (0..curves.len()).filter(|&i| areas[i] > 0.0);
     let owner = |hole: usize| {
-        let around = parts().filter(|&part| contains(curves[part], curves[hole][0]));
+        let around = parts().filter(|&part| encloses(curves[part], curves[hole][0]));
         around.min_by(|&a, &b| areas[a].total_cmp(&areas[b]))
     };
     let holes: Vec<(usize, Option<usize>)> = (0..curves.len())
@@ -135,25 +133,6 @@ fn polygons(curves: &[&Curve], decimals: usize) -> Value {
 fn rounded(x: f64, decimals: usize) -> f64 {
     let scale = 10f64.powi(decimals as i32);
     (x * scale).round() / scale
-}
-
-fn segments(curve: &Curve) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
-    let next = curve.iter().cycle().skip(1);
-    curve.iter().zip(next).map(|(p, q)| [*p, *q])
-}
-
-fn area(curve: &Curve) -> f64 {
-    let sum: f64 = segments(curve)
-        .map(|[p, q]| p[0] * q[1] - p[1] * q[0])
-        .sum();
-    0.5 * sum
-}
-
-fn contains(curve: &Curve, [x, y]: [f64; 2]) -> bool {
-    let crossed = segments(curve).filter(|[p, q]| {
-        (p[1] > y) != (q[1] > y) && p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]) < x
-    });
-    crossed.count() % 2 == 1
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use levelset::bounds;
 use shapespace_report::html::base64;
 
 /// A surface.
@@ -27,13 +28,8 @@ pub(super) const FINEST: u32 = u16::MAX as u32;
 impl Cube {
     /// The cube around all points; none where they have no extent.
     pub fn around<'a>(meshes: impl IntoIterator<Item = &'a Mesh>) -> Option<Self> {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for point in meshes.into_iter().flat_map(|mesh| &mesh.points) {
-            for k in 0..3 {
-                low[k] = low[k].min(point[k]);
-                high[k] = high[k].max(point[k]);
-            }
-        }
+        let points = meshes.into_iter().flat_map(|mesh| &mesh.points);
+        let [low, high] = bounds(points.copied());
         let sides = [0, 1, 2].map(|k| high[k] - low[k]);
         let side = sides.into_iter().fold(0.0, f64::max);
         let low = [0, 1, 2].map(|k| low[k] - 0.5 * (side - sides[k]));

@@ -7,7 +7,7 @@ use levelset::{BoxEdge, Contour, ContourDistance, contour};
 use serde::Deserialize;
 use shape_pca::{Average, push_forward};
 
-use super::draw::{moved, shown};
+use super::draw::shown;
 use crate::error::CliError;
 use crate::results::ResultFields;
 use crate::shapes::Components;
@@ -161,7 +161,7 @@ pub(super) fn displaced<const D: usize>(
     factor: f64,
 ) -> Vec<(Contour<D>, Colour)> {
     let all = outlines.iter().enumerate();
-    all.map(|(c, (_, outline))| (moved(outline, u, factor), colour(c)))
+    all.map(|(c, (_, outline))| (outline.displaced(u, factor), colour(c)))
         .collect()
 }
 

@@ -4,7 +4,7 @@ use fe_grid::{Field, ScalarField, certify_within};
 use levelset::topology::Topology;
 use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, contour, share_outside};
 
-use super::draw::{moved, shown, topology};
+use super::draw::{shown, topology};
 use crate::error::CliError;
 
 /// The average and what a displacement makes of it.
@@ -30,7 +30,7 @@ impl<const D: usize> Displaced<D> {
     ) -> Result<Self, CliError> {
         let grid = *object.grid();
         let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-        let shape = moved(&outline, displacement, 1.0);
+        let shape = outline.displaced(displacement, 1.0);
         let level_set = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
         let inside: Vec<bool> = (0..grid.n_cells())
             .map(|cell| object.as_slice()[grid.node_index(grid.cell(cell))] > 0.5)

@@ -37,18 +37,6 @@ pub(super) fn topology<const D: usize>(
     Ok(Topology::of(&distance.sample(grid)))
 }
 
-/// The average shape moved by a multiple of a displacement.
-pub(crate) fn moved<const D: usize>(
-    shape: &Contour<D>,
-    u: &VectorField<f64, D>,
-    factor: f64,
-) -> Contour<D> {
-    shape.map(|p| {
-        let u = u.sample(p);
-        std::array::from_fn(|k| p[k] + factor * u[k])
-    })
-}
-
 /// The displacement of the average to the shape with one score.
 pub(super) fn displacement<const D: usize>(
     space: &ModeSpace<D>,
@@ -77,7 +65,7 @@ impl<const D: usize> DrawnModes<'_, D> {
         let moves = scores.iter().map(|&(j, score)| {
             let u = displacement(self.space, j, score);
             (
-                moved(self.average, &u, -1.0),
+                self.average.displaced(&u, -1.0),
                 displaced(self.components, &u, -1.0),
                 score,
             )

@@ -9,8 +9,6 @@ use shapespace_picture::{
 };
 use shapespace_report::palette::GREY;
 
-use super::draw::moved;
-
 /// Ellipses contain the mean of a group with this probability.
 const LEVEL: f64 = 0.95;
 /// Points of an ellipse.
@@ -35,7 +33,7 @@ pub(crate) struct ScoreMap<'a, const D: usize> {
 impl<const D: usize> ScoreMap<'_, D> {
     fn shape(&self, scores: &[f64]) -> Option<Shape> {
         let displacement = self.space.synthesise(scores).ok()?;
-        Some(Shape::of(&moved(self.average, &displacement, -1.0)))
+        Some(Shape::of(&self.average.displaced(&displacement, -1.0)))
     }
 
     /// Every shape at its scores, shapes of single modes at the ends of the axes, and ellipses around the

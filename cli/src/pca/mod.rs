@@ -23,9 +23,9 @@ mod tables;
 mod write;
 
 pub(crate) use displaced::Displaced;
-pub(crate) use draw::{moved, shown};
+pub(crate) use draw::shown;
 pub(crate) use map::ScoreMap;
 pub(crate) use read::{StoredAverage, StoredPca, read_average, read_pca};
 
 pub use args::{PcaConfig, ScoreConfig, SynthesizeConfig};
-pub use procrustes::{Procrustes, there_and_back};
+pub use procrustes::Procrustes;

@@ -177,13 +177,13 @@ fn stored_average<const D: usize>(
             .map(|input| input.path.clone())
             .collect(),
         frame: (first.size.clone(), first.frame),
-        world: WorldFrame::of_records(&record.input),
-        place: ResultPlace::of_records(&record.input),
+        world: WorldFrame::of_inputs(&record.input),
+        place: ResultPlace::of_inputs(&record.input),
         placing: config.masks.frame,
         read_options: config.masks.reading(),
         align: config.masks.align.unwrap_or_default(),
         mismatch: {
-            let aligned = record.input.iter().filter_map(|i| i.alignment.as_ref());
+            let aligned = record.input.iter().filter_map(|i| i.alignment);
             aligned.map(|a| a.mismatch).fold(0.0, f64::max)
         },
         size: config.masks.size,

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fe_grid::VectorField;
-use levelset::{Cause, Contour, Doubt, Moments};
+use levelset::{Cause, Contour, Doubt, enclosed_volume};
 use shape_pca::{
     Compound, Finite, FiniteReport, Mahalanobis, Variation, memory_estimate_of_response,
 };
@@ -158,7 +158,7 @@ fn record<const D: usize>(
     displaced: &Displaced<D>,
     start: Instant,
 ) -> Result<SynthesisRecord<D>, CliError> {
-    let size = |c: &Contour<D>| Ok::<_, CliError>(Moments::of_contour(c).map_err(shown)?.volume);
+    let size = |c: &Contour<D>| enclosed_volume(c).map_err(shown);
     let (space, report) = (&outcome.stored.space, &outcome.report);
     let grid = *space.object.grid();
     let share = report.as_ref().map_or(1.0, |report| report.share);

@@ -5,10 +5,10 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
 use super::components::{displaced, outlines, phase_field_name};
-use super::draw::{DrawnModes, animated, displacement, moved, shown, topology};
+use super::draw::{DrawnModes, animated, displacement, shown, topology};
 use super::images::ImageModes;
 use super::map::ScoreMap;
-use super::procrustes::{Procrustes, there_and_back};
+use super::procrustes::Procrustes;
 use super::record::{record, summary};
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
@@ -103,7 +103,7 @@ fn write_boundaries<const D: usize>(
     }
     let grid = *modes.space.object.grid();
     let write = |name: &str, u: &VectorField<f64, D>| -> Result<Contour<D>, CliError> {
-        let whole = moved(modes.average, u, -1.0);
+        let whole = modes.average.displaced(u, -1.0);
         place.write(directory, name, &whole)?;
         let parts = displaced(modes.components, u, -1.0);
         for ((label, _), (part, _)) in modes.components.iter().zip(parts) {
@@ -149,7 +149,7 @@ fn fits<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Procrustes<D>>, CliE
         .map(|((indicator, onto), u)| {
             let own = contour(indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
             let u = outcome.pca.space.from_average(u.clone());
-            let back = there_and_back(&own, onto, &u, -1.0);
+            let back = own.displaced(onto, 1.0).displaced(&u, -1.0);
             Ok(Procrustes::new(back.points(), own.points()))
         })
         .collect()

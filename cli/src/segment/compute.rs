@@ -129,7 +129,7 @@ fn check_threshold<const D: usize>(
         values().fold(f64::INFINITY, f64::min),
         values().fold(f64::NEG_INFINITY, f64::max),
     ];
-    let [low, high] = bounds.map(|value| placed.input.range.number(value));
+    let [low, high] = bounds.map(|value| placed.range.number(value));
     match config.threshold {
         Some(number) if !(low..high).contains(&number) => Err(CliError::Option {
             option: "--threshold",
@@ -159,7 +159,7 @@ fn beside_threshold<const D: usize>(
 ) -> Option<Inside<D>> {
     let values = result.image.as_slice();
     let (threshold, separation) = if let Some(number) = config.threshold {
-        (placed.input.range.scaled(number), None)
+        (placed.range.scaled(number), None)
     } else {
         let classes = split(values, config.classes)?;
         let last = classes.thresholds.len() - 1;

@@ -8,7 +8,7 @@ use phasefield::segmentation::{SegmentationParams, Weights};
 use super::args::{SegmentConfig, wrong_truth};
 use crate::error::CliError;
 use crate::grid::check_nodes;
-use crate::shapes::{GreyInput, labels};
+use crate::shapes::{InputRecord, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::place::{nodal_values, whole_frame};
 use shapespace_input::{GreyRange, Image, ReadOptions, Sources};
@@ -16,7 +16,8 @@ use shapespace_input::{GreyRange, Image, ReadOptions, Sources};
 /// An image on its grid.
 pub(crate) struct Placed<const D: usize> {
     pub image: Image<D>,
-    pub input: GreyInput<D>,
+    pub input: InputRecord<D>,
+    pub range: GreyRange,
     pub nodal: ScalarField<f64, D>,
     /// The true object.
     pub truth: Option<Image<D>>,
@@ -57,7 +58,8 @@ fn plan<const D: usize>(
             let (frame, grid) = whole_frame(&image, nodes)?;
             Ok(Placed {
                 nodal: nodal_values(&image, &frame, grid)?,
-                input: GreyInput::new(&image, name, range, frame),
+                input: InputRecord::of_image(&image, name, range, frame),
+                range,
                 image,
                 truth,
             })

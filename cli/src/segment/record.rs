@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use fe_grid::minimise::Status;
-use levelset::{Moments, connected_components};
+use levelset::{connected_components, enclosed_volume};
 use phasefield::segmentation::{SegmentationEnergy, SegmentationLevel, Weights};
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub(super) struct Images<'a, const D: usize> {
 #[derive(Clone, Debug, Serialize)]
 struct ImageRecord<'a, const D: usize> {
     #[serde(flatten)]
-    input: InputRecord<D>,
+    input: &'a InputRecord<D>,
     status: String,
     /// Nodes along each axis of the arrays, `x` first.
     nodes: Vec<usize>,
@@ -75,10 +75,10 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
         let weights = found.params.weights;
         let scale = placed.input.frame.scale();
         let object = found.object.as_ref().map(|object| {
-            let volume = Moments::of_contour(&object.outline).map_or(0.0, |m| m.volume);
+            let volume = enclosed_volume(&object.outline).unwrap_or(0.0);
             let truth = object.truth.as_ref();
             ObjectRecord {
-                threshold: object.threshold.map(|t| placed.input.range.number(t)),
+                threshold: object.threshold.map(|t| placed.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),
                 off_edges: object.off_edges,
@@ -88,7 +88,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
             }
         });
         Self {
-            input: InputRecord::of_image(&placed.input),
+            input: &placed.input,
             status: overall(result.status, result.levels.last().map(|l| l.status)),
             nodes: result.image.grid().nodes_per_axis().to_vec(),
             weights,

@@ -11,15 +11,15 @@
 //! that is not enough, scaled down by one factor, which is recorded in the frames.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Contour, ContourDistance, Moments};
+use levelset::{Contour, ContourDistance, Moments, bounds};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
 
 use super::inspect::inspect_reflections;
 use super::pose::pose;
-use super::world::{Motion, WorldFrame};
-use super::{Components, Input, VisibilityMask, placed, view_of};
+use super::world::WorldFrame;
+use super::{Components, Input, VisibilityMask, placed, records_of, view_of};
 use crate::error::CliError;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
@@ -28,7 +28,8 @@ const NODES: [usize; 2] = [65, 33];
 pub(super) const ROOM: [f64; 2] = [0.08, 0.92];
 
 /// How a shape was aligned.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(into = "AlignmentRecord", try_from = "AlignmentRecord")]
 pub(crate) struct Alignment<const D: usize> {
     /// From the frame's unit box to aligned coordinates, also in the unit box.
     pub motion: RigidMotion<D>,
@@ -41,44 +42,56 @@ pub(crate) struct Alignment<const D: usize> {
 }
 
 /// The form in which an alignment is written: `aligned = rotation unit + translation`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct AlignmentRecord {
-    pub rotation: Vec<Vec<f64>>,
-    pub translation: Vec<f64>,
-    pub(super) angle_degrees: f64,
-    pub mismatch: f64,
-    pub(super) reference: bool,
+#[derive(Clone, Serialize, Deserialize)]
+struct AlignmentRecord {
+    /// Row by row.
+    rotation: Vec<Vec<f64>>,
+    translation: Vec<f64>,
+    /// That of the rotation.
+    angle_degrees: f64,
+    mismatch: f64,
+    reference: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) moved_mm: Option<f64>,
+    moved_mm: Option<f64>,
 }
 
-impl AlignmentRecord {
-    /// The rotation and the translation, if there are as many numbers as in `D` dimensions.
-    pub fn motion<const D: usize>(&self) -> Option<Motion<D>> {
-        let mut rotation = [[0.0; D]; D];
-        if self.rotation.len() != D {
-            return None;
+/// A written alignment that cannot be one of this dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("an alignment needs a matrix that rotates, and a translation, one number for each axis")]
+pub(crate) struct AlignmentRecordError;
+
+impl<const D: usize> From<Alignment<D>> for AlignmentRecord {
+    fn from(alignment: Alignment<D>) -> Self {
+        let rows = alignment.motion.rotation().row_iter();
+        Self {
+            rotation: rows.map(|row| row.iter().copied().collect()).collect(),
+            translation: alignment.motion.translation().iter().copied().collect(),
+            angle_degrees: alignment.motion.angle().to_degrees(),
+            mismatch: alignment.mismatch,
+            reference: alignment.reference,
+            moved_mm: alignment.moved,
         }
-        for (row, stored) in rotation.iter_mut().zip(&self.rotation) {
-            *row = stored.as_slice().try_into().ok()?;
-        }
-        Some((rotation, self.translation.as_slice().try_into().ok()?))
     }
 }
 
-impl<const D: usize> Alignment<D> {
-    pub fn record(&self) -> AlignmentRecord {
-        let rotation = self.motion.rotation();
-        AlignmentRecord {
-            rotation: (0..D)
-                .map(|i| (0..D).map(|j| rotation[(i, j)]).collect())
-                .collect(),
-            translation: self.motion.translation().iter().copied().collect(),
-            angle_degrees: self.motion.angle().to_degrees(),
-            mismatch: self.mismatch,
-            reference: self.reference,
-            moved_mm: self.moved,
-        }
+impl<const D: usize> TryFrom<AlignmentRecord> for Alignment<D> {
+    type Error = AlignmentRecordError;
+
+    fn try_from(record: AlignmentRecord) -> Result<Self, AlignmentRecordError> {
+        let axes = |numbers: &[f64]| <[f64; D]>::try_from(numbers).ok();
+        let motion = || {
+            let rows: Option<Vec<[f64; D]>> = record.rotation.iter().map(|row| axes(row)).collect();
+            let rows = <[[f64; D]; D]>::try_from(rows?).ok()?;
+            let translation = SVector::from(axes(&record.translation)?);
+            // The matrix whose columns are the rows, transposed.
+            RigidMotion::new(SMatrix::<f64, D, D>::from(rows).transpose(), translation)
+        };
+        Ok(Self {
+            motion: motion().ok_or(AlignmentRecordError)?,
+            mismatch: record.mismatch,
+            reference: record.reference,
+            moved: record.moved_mm,
+        })
     }
 }
 
@@ -215,8 +228,9 @@ fn measure_ways<const D: usize>(
     before: &[[f64; D]],
     reference: usize,
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs).and(WorldFrame::of_one(inputs, reference))
-    else {
+    let records = records_of(inputs);
+    let world = WorldFrame::of_inputs(&records).and(WorldFrame::of_one(&records, reference));
+    let Some(world) = world else {
         return Ok(());
     };
     for (input, before) in inputs.iter_mut().zip(before) {
@@ -289,7 +303,7 @@ fn reference<const D: usize>(
 /// Moves all shapes together, and shrinks them if need be, so that none leaves the room, which lies in
 /// the middle of the unit box.
 pub(super) fn keep_inside<const D: usize>(inputs: &mut [Input<D>], room: [[f64; 2]; D]) {
-    let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
+    let [low, high] = around(inputs);
     if (0..D).all(|k| low[k] >= room[k][0] && high[k] <= room[k][1]) {
         return;
     }
@@ -319,23 +333,16 @@ pub(super) fn keep_inside<const D: usize>(inputs: &mut [Input<D>], room: [[f64; 
     }
 }
 
-/// The corners of the box around boundaries.
-pub(super) fn bounds<'a, const D: usize>(
-    contours: impl IntoIterator<Item = &'a Contour<D>>,
-) -> ([f64; D], [f64; D]) {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for p in contours.into_iter().flat_map(Contour::points) {
-        for k in 0..D {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
-    (low, high)
+/// The box around the boundaries of inputs.
+fn around<const D: usize>(inputs: &[Input<D>]) -> [[f64; D]; 2] {
+    let points = inputs.iter().flat_map(|input| input.contour.points());
+    bounds(points.copied())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use levelset::rigid_motion::plane_rotation;
     use shapespace_input::block;
     use shapespace_input::place::fit_frames;
     use shapespace_input::{Image, boundary};
@@ -380,7 +387,7 @@ mod tests {
         let shrunk = inputs[1].frame.scale() / before;
         assert!(shrunk < 0.99, "{shrunk}");
         assert_eq!(shrunk, inputs[0].frame.scale() / before);
-        let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
+        let [low, high] = around(&inputs);
         for k in 0..2 {
             assert!(low[k] >= ROOM[0] - 1e-12 && high[k] <= ROOM[1] + 1e-12);
         }
@@ -391,6 +398,31 @@ mod tests {
                 .count(),
             1
         );
+    }
+
+    #[test]
+    fn alignments_are_read_as_they_are_written_and_damaged_ones_are_refused() {
+        let rotation = plane_rotation::<3>(0, 2, 0.7) * plane_rotation::<3>(0, 1, 0.3);
+        let written = Alignment {
+            motion: RigidMotion::new(rotation, SVector::from([0.1, 0.2, 0.3])).unwrap(),
+            mismatch: 0.125,
+            reference: false,
+            moved: Some(2.0),
+        };
+        let text = serde_json::to_value(written).unwrap();
+        assert_eq!(text["rotation"][0][2], rotation[(0, 2)]);
+        let read: Alignment<3> = serde_json::from_value(text.clone()).unwrap();
+        assert_eq!((read.motion, read.moved), (written.motion, written.moved));
+        assert!(serde_json::from_value::<Alignment<2>>(text.clone()).is_err());
+        for damage in ["/rotation/1/1", "/translation/2"] {
+            let mut damaged = text.clone();
+            *damaged.pointer_mut(damage).unwrap() = serde_json::Value::Null;
+            assert!(serde_json::from_value::<Alignment<3>>(damaged).is_err());
+        }
+        let mut reflected = text;
+        let rows = reflected["rotation"].as_array_mut().unwrap();
+        rows.swap(0, 1);
+        assert!(serde_json::from_value::<Alignment<3>>(reflected).is_err());
     }
 
     #[test]

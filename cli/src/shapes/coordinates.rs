@@ -4,7 +4,7 @@ use fe_grid::tensor::inverse_transpose;
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
-use super::{InputRecord, scale_of_records};
+use super::{InputRecord, common_scale};
 use shapespace_input::lattice::Lattice;
 
 /// From the box to the coordinates of a file and back, `coordinates = matrix unit + shift`. In three
@@ -53,11 +53,10 @@ impl<const D: usize> Coordinates<D> {
     /// Those of the file of an input: of the world, where it states its place there, else those of its
     /// samples times their distance, or of its outline. `None` for a record that is damaged.
     pub fn of_input(input: &InputRecord<D>) -> Option<Self> {
-        let (rotation, shift) = input.motion()?;
+        let motion = input.motion();
         let factor = input.size_factor.unwrap_or(1.0);
         Self::of(|unit| {
-            let back = |i: usize| (0..D).map(|j| rotation[j][i] * (unit[j] - shift[j])).sum();
-            let unaligned = std::array::from_fn(back);
+            let unaligned = motion.map_back(unit);
             match &input.affine {
                 Some(rows) => {
                     let sample = input.frame.to_sample(unaligned);
@@ -73,15 +72,13 @@ impl<const D: usize> Coordinates<D> {
     /// or with which the others are aligned; the box where the inputs have no common scale.
     pub fn of_result(inputs: &[InputRecord<D>]) -> Option<(Self, usize)> {
         let leads = |input: &InputRecord<D>| input.leads;
-        let is_reference = |input: &InputRecord<D>| {
-            let alignment = input.alignment.as_ref();
-            alignment.is_some_and(|alignment| alignment.reference)
-        };
+        let is_reference =
+            |input: &InputRecord<D>| input.alignment.is_some_and(|alignment| alignment.reference);
         let number = inputs.iter().position(leads);
         let number = number.or_else(|| inputs.iter().position(is_reference));
         let number = number.unwrap_or(0);
         let of_input = Self::of_input(inputs.get(number)?)?;
-        let common = scale_of_records(inputs).is_some();
+        let common = common_scale(inputs.iter().map(InputRecord::scale)).is_some();
         Some((if common { of_input } else { Self::UNIT }, number))
     }
 
@@ -119,12 +116,8 @@ impl<const D: usize> Coordinates<D> {
 
     /// The samples of an input.
     pub fn samples(&self, input: &InputRecord<D>) -> Option<Lattice> {
-        let (rotation, shift) = input.motion()?;
-        let place = |sample: [f64; D]| {
-            let unit = input.frame.to_unit(sample);
-            let turned = |i: usize| (0..D).map(|j| rotation[i][j] * unit[j]).sum::<f64>();
-            self.position(std::array::from_fn(|i| turned(i) + shift[i]))
-        };
+        let motion = input.motion();
+        let place = |sample| self.position(motion.map(input.frame.to_unit(sample)));
         Some(lattice(input.size.as_slice().try_into().ok()?, place))
     }
 }

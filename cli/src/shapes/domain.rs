@@ -128,10 +128,12 @@ impl<const D: usize> Domain<D> {
         let sides = reach.map(|reach| 2.0 * (reach + room));
         let grid = match *self {
             Self::Spaced(spacing, _) => {
-                let scale = common_scale(inputs).ok_or_else(|| CliError::Option {
-                    option: "--spacing",
-                    value: shown(spacing),
-                    remedy: "the shapes have no common unit of length: use --grid".into(),
+                let scale = common_scale(inputs.iter().map(Input::scale)).ok_or_else(|| {
+                    CliError::Option {
+                        option: "--spacing",
+                        value: shown(spacing),
+                        remedy: "the shapes have no common unit of length: use --grid".into(),
+                    }
                 })?;
                 self.grid(sides, scale)?
             }

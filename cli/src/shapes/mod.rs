@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use fe_grid::communicator::Communicator;
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Cause, Contour, ContourDistance, Doubt, Moments, signed_distance};
+use levelset::{Cause, Contour, ContourDistance, Doubt, Moments, RigidMotion, signed_distance};
 
 use crate::doubts::{in_words, named};
 use crate::error::CliError;
@@ -34,7 +34,6 @@ use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
 use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
-use shapespace_input::lattice::Lattice;
 use shapespace_input::place::{are_near, centred_frames, fit_frames, kept_frames, physical_frames};
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
@@ -50,11 +49,11 @@ pub(crate) use label::{labels, stem, with_folder};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
-    BoundaryRecord, GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale,
-    describe_placement, scale_of_records,
+    BoundaryRecord, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
+    records_of,
 };
 pub(crate) use surface::ResultPlace;
-pub(crate) use world::{Motion, WorldFrame, WorldRecord};
+pub(crate) use world::{WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box, before the grid is known.
 #[derive(Clone, Debug)]
@@ -238,11 +237,6 @@ fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Gri
     };
     images.iter().all(nodal)
         || first.affine.is_some() && images.iter().all(|image| image.has_axes_of(first))
-}
-
-/// The samples of an input in the world, if it has a place there.
-pub(crate) fn lattice_of<const D: usize>(input: &Input<D>) -> Option<Lattice> {
-    Lattice::of_frame(&input.size, &input.frame)
 }
 
 /// A mask in the form used by computations.
@@ -448,22 +442,19 @@ pub(crate) fn volume_of<const D: usize>(
     Ok(input(image, *frame, String::new())?.volume)
 }
 
-/// The boundary of a mask in the placement of another one, with its signed distance on the grid:
-/// `motion` is a rotation, row by row, and a translation.
+/// The boundary of a mask in the placement of another one, with its signed distance on the grid.
 ///
 /// # Errors
 /// As [`prepare`].
 pub(crate) fn place_like<const D: usize>(
     image: &Image<D>,
     frame: FrameTransform<D>,
-    motion: Option<([[f64; D]; D], [f64; D])>,
+    motion: Option<RigidMotion<D>>,
     grid: Grid<D>,
 ) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
     let mut placed = input(image, frame, String::new())?;
-    if let Some((rotation, shift)) = motion {
-        placed.contour = placed.contour.map(|p| {
-            std::array::from_fn(|i| shift[i] + (0..D).map(|j| rotation[i][j] * p[j]).sum::<f64>())
-        });
+    if let Some(motion) = motion {
+        placed.contour = motion.apply_to_contour(&placed.contour);
     }
     let distance = if placed.is_nodal() && motion.is_none() {
         distance(image, &placed, &placed.contour, grid)?

@@ -15,10 +15,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Cause, Contour, ContourDistance, Doubt};
+use levelset::{Cause, Contour, ContourDistance, Doubt, bounds};
 use shape_average::align::{Alignment, RigidMotion};
 
-use super::align::{ROOM, bounds, coarse_distances};
+use super::align::{ROOM, coarse_distances};
 use super::domain::{Domain, moved, room};
 use super::inspect::Likeness;
 use super::pose::pose;
@@ -200,7 +200,8 @@ impl<const D: usize> Pairs<D> {
             let first_moves = first_moves(&inputs, [i, j]);
             let [fixed, other] = if first_moves { [j, i] } else { [i, j] };
             let moved = motion.apply_to_contour(contours[other]);
-            let (low, high) = bounds([contours[fixed], &moved]);
+            let both = [contours[fixed], &moved].map(Contour::points);
+            let [low, high] = bounds(both.into_iter().flatten().copied());
             let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
             let magnification = match domain {
                 Domain::Spaced(..) => 1.0,
@@ -217,7 +218,10 @@ impl<const D: usize> Pairs<D> {
                 magnification,
             });
         }
-        let grid = domain.grid(sides, common_scale(&inputs).unwrap_or(1.0))?;
+        let grid = domain.grid(
+            sides,
+            common_scale(inputs.iter().map(Input::scale)).unwrap_or(1.0),
+        )?;
         Ok(Some(Self {
             inputs,
             distances,

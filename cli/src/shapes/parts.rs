@@ -267,7 +267,7 @@ struct Screen<'a, const D: usize> {
 impl<'a, const D: usize> Screen<'a, D> {
     fn new(mask: &'a VisibilityMask<D>, input: &Input<D>) -> Result<Self, CliError> {
         let mut image = mask.image.clone();
-        let frame = input.frame.beside(input.size, input.size_factor, &image);
+        let frame = input.frame.beside(&input.size, input.size_factor, &image);
         let frame = frame.ok_or_else(|| CliError::Option {
             option: mask.option,
             value: format!("of {:?} values", image.size),

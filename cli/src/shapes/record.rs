@@ -2,43 +2,13 @@
 
 use std::path::PathBuf;
 
+use levelset::RigidMotion;
 use serde::{Deserialize, Serialize};
 
 use super::Input;
-use super::align::AlignmentRecord;
-use super::world::Motion;
+use super::align::Alignment;
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::{GreyRange, Image};
-
-/// A grey image and its placement.
-pub(crate) struct GreyInput<const D: usize> {
-    pub path: PathBuf,
-    /// Label in pictures.
-    pub name: String,
-    /// Samples along each axis, `x` first.
-    pub size: [usize; D],
-    pub range: GreyRange,
-    /// Sample indices to world coordinates, where the file states them.
-    affine: Option<[[f64; 4]; 3]>,
-    pub frame: FrameTransform<D>,
-    /// Whether results lie in its world.
-    pub leads: bool,
-}
-
-impl<const D: usize> GreyInput<D> {
-    /// An image with its label, its grey values and its placement.
-    pub fn new(image: &Image<D>, name: String, range: GreyRange, frame: FrameTransform<D>) -> Self {
-        Self {
-            path: image.path.clone(),
-            name,
-            size: image.size,
-            range,
-            affine: image.affine,
-            frame,
-            leads: false,
-        }
-    }
-}
 
 /// One input, its placement and its size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -61,7 +31,7 @@ pub(crate) struct InputRecord<const D: usize> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) affine: Option<[[f64; 4]; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub alignment: Option<AlignmentRecord>,
+    pub alignment: Option<Alignment<D>>,
     /// Whether the results lie in its world.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub leads: bool,
@@ -101,33 +71,30 @@ pub(crate) struct BoundaryRecord {
     pub outline: Option<SurfaceRecord>,
 }
 
-/// The common scale of all frames, if there is one; one up to rounding counts as one.
-pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
-    let first = inputs.first()?.scale();
-    let same = |input: &Input<D>| (input.scale() / first - 1.0).abs() < 1e-12;
-    inputs.iter().all(same).then_some(first)
+/// The records of all inputs.
+pub(crate) fn records_of<const D: usize>(inputs: &[Input<D>]) -> Vec<InputRecord<D>> {
+    inputs.iter().map(InputRecord::new).collect()
 }
 
-/// The same of their records.
-pub(crate) fn scale_of_records<const D: usize>(inputs: &[InputRecord<D>]) -> Option<f64> {
-    let scale = |input: &InputRecord<D>| input.size_factor.unwrap_or(1.0) * input.frame.scale();
-    let first = scale(inputs.first()?);
-    let same = |input: &InputRecord<D>| (scale(input) / first - 1.0).abs() < 1e-12;
-    inputs.iter().all(same).then_some(first)
+/// The common one of the scales of inputs, if there is one; one up to rounding counts as one.
+pub(crate) fn common_scale(scales: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mut scales = scales.into_iter();
+    let first = scales.next()?;
+    let same = |scale: f64| (scale / first - 1.0).abs() < 1e-12;
+    scales.all(same).then_some(first)
 }
 
 /// How inputs were aligned and scaled, if they were.
 pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> Option<String> {
-    let aligned = || inputs.iter().filter_map(|input| input.alignment.as_ref());
-    let is_reference = |input: &&InputRecord<D>| {
-        let alignment = input.alignment.as_ref();
-        alignment.is_some_and(|alignment| alignment.reference)
-    };
+    let aligned = || inputs.iter().filter_map(|input| input.alignment);
+    let is_reference =
+        |input: &&InputRecord<D>| input.alignment.is_some_and(|alignment| alignment.reference);
     let scaled = inputs.iter().any(|input| input.size_factor.is_some());
-    let turned = aligned().fold(0.0, |most, a| f64::max(most, a.angle_degrees.abs()));
+    let angles = aligned().map(|alignment| alignment.motion.angle().to_degrees());
+    let turned = angles.fold(0.0, f64::max);
     let mut parts = Vec::new();
     if let Some(reference) = inputs.iter().find(is_reference) {
-        let ways: Option<Vec<f64>> = aligned().map(|a| a.moved_mm).collect();
+        let ways: Option<Vec<f64>> = aligned().map(|alignment| alignment.moved).collect();
         let moved = ways.map_or_else(String::new, |ways| {
             let most = ways.into_iter().fold(0.0, f64::max);
             format!(" and moved by up to {most:.1} mm")
@@ -145,13 +112,16 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
 }
 
 impl<const D: usize> InputRecord<D> {
-    /// The motion by which it was aligned, the identity for one that was not; `None` for a record that is
-    /// damaged.
-    pub fn motion(&self) -> Option<Motion<D>> {
-        let identity =
-            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-        let alignment = self.alignment.as_ref();
-        alignment.map_or(Some((identity, [0.0; D])), AlignmentRecord::motion)
+    /// The motion by which it was aligned, the identity for one that was not.
+    pub fn motion(&self) -> RigidMotion<D> {
+        let identity = RigidMotion::identity();
+        self.alignment
+            .map_or(identity, |alignment| alignment.motion)
+    }
+
+    /// Length in the box of one length unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.size_factor.unwrap_or(1.0) * self.frame.scale()
     }
 
     /// Whether its file states its place in the world.
@@ -159,19 +129,24 @@ impl<const D: usize> InputRecord<D> {
         self.affine.is_some() || self.frame.in_world()
     }
 
-    /// The record of a grey image.
-    pub fn of_image(image: &GreyInput<D>) -> Self {
+    /// The record of a grey image with its label in pictures, its grey values and its placement.
+    pub fn of_image(
+        image: &Image<D>,
+        name: String,
+        range: GreyRange,
+        frame: FrameTransform<D>,
+    ) -> Self {
         Self {
             path: image.path.clone(),
-            name: image.name.clone(),
+            name,
             class: None,
             size: image.size.to_vec(),
-            grey: Some(image.range),
-            frame: image.frame,
+            grey: Some(range),
+            frame,
             size_factor: None,
             affine: image.affine,
             alignment: None,
-            leads: image.leads && image.frame.in_world(),
+            leads: false,
             object: SizeRecord::default(),
         }
     }
@@ -187,7 +162,7 @@ impl<const D: usize> InputRecord<D> {
             frame: input.frame,
             size_factor: Some(input.size_factor).filter(|&factor| factor != 1.0),
             affine: input.affine,
-            alignment: input.alignment.map(|alignment| alignment.record()),
+            alignment: input.alignment,
             leads: input.leads && input.frame.in_world(),
             object: SizeRecord::new::<D>(input.volume, Some(input.scale())),
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use levelset::Contour;
 
-use super::{BoundaryRecord, Coordinates, Input, InputRecord, SurfaceRecord};
+use super::{BoundaryRecord, Coordinates, InputRecord, SurfaceRecord};
 use crate::output::outline::write_outline;
 use crate::output::surface::{PointArray, write_surface};
 use crate::output::{OutputError, ResultDir};
@@ -32,13 +32,7 @@ impl<const D: usize> ResultPlace<D> {
     };
 
     /// Those of the result of these inputs.
-    pub fn of_inputs(inputs: &[Input<D>]) -> Self {
-        let records: Vec<_> = inputs.iter().map(InputRecord::new).collect();
-        Self::of_records(&records)
-    }
-
-    /// The same from their records.
-    pub fn of_records(inputs: &[InputRecord<D>]) -> Self {
+    pub fn of_inputs(inputs: &[InputRecord<D>]) -> Self {
         let found = Coordinates::of_result(inputs);
         let Some((coordinates, number)) = found.filter(|(coordinates, _)| !coordinates.is_box())
         else {

@@ -1,14 +1,12 @@
 //! The unit box in the world.
 
 use fe_grid::Grid;
+use levelset::RigidMotion;
 use serde::{Deserialize, Serialize};
 
-use super::{Input, InputRecord, common_scale};
+use super::{InputRecord, common_scale};
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::lattice::Lattice;
-
-/// A rotation, row by row, and a translation.
-pub(crate) type Motion<const D: usize> = ([[f64; D]; D], [f64; D]);
 
 /// From the unit box to the world: `world = direction (length unit) + origin`, in millimetres.
 ///
@@ -43,29 +41,25 @@ impl<const D: usize> WorldFrame<D> {
     /// The world of one input, if its frame lies in a world.
     fn of_input(
         frame: &FrameTransform<D>,
-        motion: Option<Motion<D>>,
+        motion: &RigidMotion<D>,
         of_input: usize,
     ) -> Option<Self> {
         if !frame.in_world() {
             return None;
         }
-        let identity =
-            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-        let (rotation, shift) = motion.unwrap_or((identity, [0.0; D]));
-        let back = |p: [f64; D]| -> [f64; D] {
-            std::array::from_fn(|i| (0..D).map(|j| rotation[j][i] * (p[j] - shift[j])).sum())
-        };
+        let rows: [[f64; D]; D] = motion.rotation().transpose().into();
         Some(Self {
-            origin: frame.to_physical(back([0.0; D])),
-            direction: transposed(rotation.map(|row| frame.turned_back(row))),
+            origin: frame.to_physical(motion.map_back([0.0; D])),
+            direction: transposed(rows.map(|row| frame.turned_back(row))),
             length: frame.scale().recip(),
             of_input,
         })
     }
 
     /// The world of inputs that all lie in one, with one scale.
-    pub fn of_inputs(inputs: &[Input<D>]) -> Option<Self> {
-        if common_scale(inputs).is_none() || !inputs.iter().all(|i| i.frame.in_world()) {
+    pub fn of_inputs(inputs: &[InputRecord<D>]) -> Option<Self> {
+        let in_world = inputs.iter().all(|input| input.frame.in_world());
+        if !in_world || common_scale(inputs.iter().map(InputRecord::scale)).is_none() {
             return None;
         }
         let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
@@ -73,35 +67,9 @@ impl<const D: usize> WorldFrame<D> {
     }
 
     /// The world of one of several inputs, if it has one.
-    pub fn of_one(inputs: &[Input<D>], number: usize) -> Option<Self> {
+    pub fn of_one(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
         let input = inputs.get(number)?;
-        let motion = input.alignment.map(|alignment| {
-            let (rotation, shift) = (alignment.motion.rotation(), alignment.motion.translation());
-            let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
-            (rows, std::array::from_fn(|i| shift[i]))
-        });
-        Self::of_input(&input.frame, motion, number)
-    }
-
-    /// The same from their records.
-    pub fn of_records(inputs: &[InputRecord<D>]) -> Option<Self> {
-        let in_world =
-            |input: &InputRecord<D>| input.frame.in_world() && input.size_factor.is_none();
-        if !inputs.iter().all(in_world) {
-            return None;
-        }
-        let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
-        Self::of_record(inputs, number)
-    }
-
-    /// The world of one of several records, if it has one.
-    pub fn of_record(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
-        let input = inputs.get(number)?;
-        let motion = match &input.alignment {
-            None => None,
-            Some(alignment) => Some(alignment.motion()?),
-        };
-        Self::of_input(&input.frame, motion, number)
+        Self::of_input(&input.frame, &input.motion(), number)
     }
 
     /// The world coordinates of a point of the box.
@@ -178,6 +146,7 @@ fn transposed<const D: usize>(rows: [[f64; D]; D]) -> [[f64; D]; D] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{SMatrix, SVector};
     use shapespace_input::block;
     use shapespace_input::place::physical_frames;
     use shapespace_input::whole::physical_views;
@@ -192,16 +161,11 @@ mod tests {
         ]);
         let straight = image.in_world().unwrap();
         let frame = physical_frames(&[straight])[0];
-        let motion = (
-            [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
-            [0.9, 0.2, -0.1],
-        );
-        let world = WorldFrame::of_input(&frame, Some(motion), 4).unwrap();
+        let turn = SMatrix::from_row_slice(&[0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        let motion = RigidMotion::new(turn, SVector::from([0.9, 0.2, -0.1])).unwrap();
+        let world = WorldFrame::of_input(&frame, &motion, 4).unwrap();
         let sample = [1.5, 7.0, 3.0];
-        let unit = frame.to_unit(sample);
-        let aligned: [f64; 3] = std::array::from_fn(|i| {
-            motion.1[i] + (0..3).map(|j| motion.0[i][j] * unit[j]).sum::<f64>()
-        });
+        let aligned = motion.map(frame.to_unit(sample));
         let expected = [-6.0 + 5.0, 1.5 + 6.0, 21.0 + 7.0];
         for (found, expected) in world.position(aligned).into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
@@ -218,7 +182,7 @@ mod tests {
         ]);
         let oblique = [image.in_world().unwrap()];
         let (frames, grid) = physical_views(&oblique, 0, 9).unwrap();
-        let turned = WorldFrame::of_input(&frames[0], None, 0).unwrap();
+        let turned = WorldFrame::of_input(&frames[0], &RigidMotion::identity(), 0).unwrap();
         let place = turned.position(frames[0].to_unit(sample));
         let expected = [2.4 - 4.2 + 5.0, 1.8 + 5.6 + 6.0, -9.0 + 7.0];
         for (found, expected) in place.into_iter().zip(expected) {

@@ -13,7 +13,7 @@ use levelset::{Contour, ContourDistance};
 use crate::error::CliError;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::{ResultDir, numbered};
-use crate::shapes::{Input, InputRecord, WorldFrame, in_space, lattice_of};
+use crate::shapes::{InputRecord, WorldFrame, in_space};
 use shapespace_input::lattice::Lattice;
 
 /// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written: shapes
@@ -39,33 +39,18 @@ pub(crate) struct Space<const D: usize> {
 
 impl<const D: usize> Space<D> {
     /// That of the results of these inputs, for results in files.
-    pub fn of_inputs(directory: &ResultDir, inputs: &[Input<D>]) -> Option<Self> {
+    pub fn of_inputs(directory: &ResultDir, inputs: &[InputRecord<D>]) -> Option<Self> {
         let world = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files())?;
         Self::of_input(inputs, world.number())
     }
 
     /// That of one of several inputs.
-    pub fn of_input(inputs: &[Input<D>], number: usize) -> Option<Self> {
-        Some(Self {
-            world: WorldFrame::of_one(inputs, number)?,
-            samples: lattice_of(&inputs[number])?,
-            border: BORDER,
-        })
-    }
-
-    /// The same of the records of grey images.
-    pub fn of_records(directory: &ResultDir, images: &[InputRecord<D>]) -> Option<Self> {
-        let world = WorldFrame::of_records(images).filter(|_| directory.has_files())?;
-        Self::of_record(images, world.number())
-    }
-
-    /// That of the record of one of several grey images.
-    pub fn of_record(images: &[InputRecord<D>], number: usize) -> Option<Self> {
-        let (world, image) = (WorldFrame::of_record(images, number)?, &images[number]);
+    pub fn of_input(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
+        let (world, input) = (WorldFrame::of_one(inputs, number)?, &inputs[number]);
         Some(Self {
             world,
-            samples: Lattice::of_frame(&image.size, &image.frame)?,
-            border: border_of(image),
+            samples: Lattice::of_frame(&input.size, &input.frame)?,
+            border: border_of(input),
         })
     }
 
@@ -102,7 +87,7 @@ impl<const D: usize> Space<D> {
 /// [`CliError::Output`].
 pub(crate) fn write_steps_in_world<const D: usize>(
     directory: &ResultDir,
-    inputs: &[Input<D>],
+    inputs: &[InputRecord<D>],
     displacements: &[Field<f64, D, D>],
 ) -> Result<(), CliError> {
     let Some(space) = Space::of_inputs(directory, inputs) else {
@@ -148,7 +133,7 @@ pub(super) fn write_both<const D: usize>(
 pub(crate) fn write_shape<const D: usize>(
     directory: &ResultDir,
     name: &str,
-    inputs: &[Input<D>],
+    inputs: &[InputRecord<D>],
     shape: &Contour<D>,
     grid: Grid<D>,
 ) -> Result<(), CliError> {
@@ -173,7 +158,7 @@ pub(crate) fn write_images<const D: usize>(
     inputs: &[InputRecord<D>],
     images: &[(&str, &ScalarField<f64, D>)],
 ) -> Result<(), CliError> {
-    let Some(space) = Space::of_records(directory, inputs) else {
+    let Some(space) = Space::of_inputs(directory, inputs) else {
         return Ok(());
     };
     let world = &space.world;
@@ -203,7 +188,7 @@ pub(crate) fn write_images<const D: usize>(
 pub(crate) fn write_labels<const D: usize>(
     directory: &ResultDir,
     name: &str,
-    inputs: &[Input<D>],
+    inputs: &[InputRecord<D>],
     shape: &Contour<D>,
     (labels, components): (&[i64], &[Contour<D>]),
     grid: Grid<D>,
@@ -241,7 +226,7 @@ pub(crate) fn write_labels<const D: usize>(
 /// The world of the results with the samples there, for results in files.
 fn samples_in_world<const D: usize>(
     directory: &ResultDir,
-    inputs: &[Input<D>],
+    inputs: &[InputRecord<D>],
     grid: Grid<D>,
 ) -> Option<(WorldFrame<D>, Lattice)> {
     let space = Space::of_inputs(directory, inputs)?;

@@ -74,14 +74,14 @@ impl<const D: usize> Leg<D> {
     /// Where a point of the box goes, and the defect.
     fn point(&self, unit: [f64; D]) -> ([f64; D], f64) {
         let Some(guess) = &self.guess else {
-            return (moved(&self.displacement, unit), 0.0);
+            return (self.displacement.image(unit), 0.0);
         };
         let residual = |x: [f64; D]| {
-            let y = moved(&self.displacement, x);
+            let y = self.displacement.image(x);
             let r: [f64; D] = std::array::from_fn(|k| y[k] - unit[k]);
             (r.iter().map(|r| r * r).sum::<f64>(), r)
         };
-        let mut image = moved(guess, unit);
+        let mut image = guess.image(unit);
         let mut best = residual(image);
         for _ in 0..STEPS {
             let next = std::array::from_fn(|k| image[k] - best.1[k]);
@@ -93,11 +93,6 @@ impl<const D: usize> Leg<D> {
         }
         (image, best.0.sqrt())
     }
-}
-
-fn moved<const D: usize>(displacement: &Field<f64, D, D>, unit: [f64; D]) -> [f64; D] {
-    let u = displacement.sample(unit);
-    std::array::from_fn(|k| unit[k] + u[k])
 }
 
 impl<const D: usize> Route<D> {

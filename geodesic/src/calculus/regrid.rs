@@ -82,10 +82,7 @@ pub(super) fn carried<const D: usize>(
     outline: &Contour<D>,
     displacement: &Field<f64, D, D>,
 ) -> Result<ScalarField<f64, D>, GeodesicError> {
-    let moved = outline.map(|p| {
-        let u = displacement.sample(p);
-        std::array::from_fn(|k| p[k] + u[k])
-    });
+    let moved = outline.displaced(displacement, 1.0);
     Ok(ContourDistance::new(&moved)?.sample(*displacement.grid()))
 }
 

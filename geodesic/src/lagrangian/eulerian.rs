@@ -3,7 +3,6 @@
 use super::solve::{Domain, LagrangianPath};
 use crate::error::GeodesicError;
 use crate::extension::{change_between, through_inverse};
-use crate::overlap::moved;
 use fe_grid::{Field, Grid, ScalarField, parallel};
 use levelset::{BoxEdge, ContourDistance, contour};
 
@@ -77,7 +76,9 @@ fn carried<const D: usize>(
     for displacement in deformations {
         let moved: Result<Vec<_>, GeodesicError> = outlines
             .iter()
-            .map(|outline| Ok(ContourDistance::new(&moved(outline, displacement))?.sample(grid)))
+            .map(|outline| {
+                Ok(ContourDistance::new(&outline.displaced(displacement, 1.0))?.sample(grid))
+            })
             .collect();
         shapes.push(moved?);
     }

@@ -2,7 +2,7 @@
 
 use crate::common::{ball, noise};
 use approx::assert_relative_eq;
-use fe_grid::{Field, Grid};
+use fe_grid::{Field, Grid, VectorField};
 use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
 use nalgebra::{Matrix2, Rotation2, Vector2};
 
@@ -29,6 +29,29 @@ fn one_pixel_is_a_diamond() {
     assert_relative_eq!(moments.volume, 0.5, epsilon = 1e-15);
     assert_relative_eq!(moments.centroid, Vector2::new(1.0, 1.0), epsilon = 1e-15);
     assert_relative_eq!(c.perimeter(), 4.0 * 0.5f64.sqrt(), epsilon = 1e-15);
+}
+
+/// A displacement that is linear in the cell of each corner moves the corners by itself, and back.
+#[test]
+fn contours_are_displaced_by_multiples_of_fields() {
+    let square = closed(&mask(&["....", ".##.", ".##.", "...."]), 0.5);
+    let shear = VectorField::from_fn(Grid::with_nodes([4, 4], 1.0).unwrap(), |[x, y]| {
+        [0.5 * y, -0.25 * x]
+    });
+    let moved = square.displaced(&shear, 0.5);
+    assert_eq!(moved.simplices(), square.simplices());
+    for (p, q) in square.points().iter().zip(moved.points()) {
+        assert_relative_eq!(q[0], p[0] + 0.25 * p[1], epsilon = 1e-15);
+        assert_relative_eq!(q[1], p[1] - 0.125 * p[0], epsilon = 1e-15);
+    }
+    assert_eq!(square.displaced(&shear, 0.0), square);
+    for (p, q) in square
+        .points()
+        .iter()
+        .zip(square.displaced(&shear, 1.0).points())
+    {
+        assert_eq!(shear.image(*p), *q);
+    }
 }
 
 #[test]

@@ -5,7 +5,8 @@ use approx::assert_relative_eq;
 use fe_grid::{Field, Grid};
 use levelset::{
     BoxEdge, Contour, LevelsetError, Moments, connected_components, contour, dice, dice_within,
-    hausdorff, inspect::narrow_gap_share, is_mask, largest_component, mask_volume, share_outside,
+    enclosed_volume, hausdorff, inspect::narrow_gap_share, is_mask, largest_component, mask_volume,
+    share_outside,
 };
 use nalgebra::{SVector, Vector2};
 
@@ -206,6 +207,19 @@ fn components_of_a_mask_are_those_of_its_surface() {
         let n = connected_components(&mask, 0.5).sizes.len();
         assert_eq!(surface.n_components(), n, "seed {seed}");
     }
+}
+
+#[test]
+fn shapes_that_have_vanished_enclose_nothing() {
+    let square = disk(33, 0.3);
+    let volume = Moments::of_contour(&square).unwrap().volume;
+    assert_eq!(enclosed_volume(&square), Ok(volume));
+    let flat = square.map(|[x, _]| [x, 0.0]);
+    for vanished in [Contour::default(), flat, square.clone().flipped()] {
+        assert_eq!(enclosed_volume(&vanished), Ok(0.0));
+    }
+    let open = square.part(|corners| corners[0][0] < 0.5);
+    assert_eq!(enclosed_volume(&open), Err(LevelsetError::OpenContour));
 }
 
 #[test]

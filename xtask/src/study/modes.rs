@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use serde_json::Value;
 use shape_average::{AverageParams, average};
 use shape_pca::{Average, Compound, Modes, Pca, PcaParams, Quality, Variation};
-use shapespace::pca::{Procrustes, there_and_back};
+use shapespace::pca::Procrustes;
 
 use super::Section;
 use super::real::{build, files};
@@ -315,7 +315,9 @@ fn reconstruction_errors(average: &Average<2>, variation: Variation) -> Outcome<
                 fe_grid::vector::axpy(*a, u.as_slice(), made.as_mut_slice());
             }
             let made = pca.space.from_average(made);
-            let back = there_and_back(&own, &average.displacements()[i], &made, -1.0);
+            let back = own
+                .displaced(&average.displacements()[i], 1.0)
+                .displaced(&made, -1.0);
             squares[m] += Procrustes::new(back.points(), own.points())
                 .residual
                 .powi(2);
@@ -377,7 +379,7 @@ fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
     for _ in 0..10 {
         for hand in &mut hands {
             let fit = Procrustes::new(hand, &mean);
-            *hand = hand.iter().map(|p| fit.move_point(*p)).collect();
+            *hand = hand.iter().map(|p| fit.motion.map(*p)).collect();
         }
         mean = (0..mean.len())
             .map(|k| {

@@ -7,6 +7,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use levelset::bounds;
+
 use super::Mesh;
 use crate::merge::merged;
 
@@ -82,12 +84,7 @@ pub(crate) fn mended(mesh: Mesh) -> Result<Mended, Fault> {
 }
 
 fn diagonal<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for p in points {
-        for k in 0..3 {
-            (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
-        }
-    }
+    let [low, high] = bounds(points.copied());
     let squares = (0..3).map(|k| (high[k] - low[k]).max(0.0).powi(2));
     squares.sum::<f64>().sqrt()
 }

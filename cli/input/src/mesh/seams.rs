@@ -5,6 +5,7 @@
 //! other the triangles inside.
 
 use fe_grid::tensor::determinant;
+use levelset::bounds;
 
 use super::mend::SAME;
 use crate::nearby::{Tree, around};
@@ -23,7 +24,7 @@ type Plane = [[f64; 2]; 3];
 
 /// The faces inside of the object that a closed surface encloses.
 pub(crate) fn faces_inside(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Inside {
-    let [low, high] = around(points, 0.0);
+    let [low, high] = bounds(points.iter().copied());
     let largest = points
         .iter()
         .flatten()

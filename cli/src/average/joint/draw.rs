@@ -76,8 +76,7 @@ fn grid_lines<const D: usize>(displacement: &Field<f64, D, D>) -> Vec<Vec<[f64; 
             let points = (0..=PIECES).map(|piece| {
                 middle[across] = k as f64 * pitch;
                 middle[along] = extent[along] * piece as f64 / PIECES as f64;
-                let u = displacement.sample(middle);
-                std::array::from_fn(|i| middle[i] + u[i])
+                displacement.image(middle)
             });
             lines.push(points.collect());
             middle = extent.map(|side| 0.5 * side);

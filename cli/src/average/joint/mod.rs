@@ -17,7 +17,7 @@ use crate::history::HistoryPoint;
 use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::GreyInput;
+use crate::shapes::InputRecord;
 use crate::summary::Summary;
 use plan::{JointPlan, plan_joint};
 
@@ -29,7 +29,7 @@ pub(crate) struct JointAverage {
 
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {
-    images: Vec<GreyInput<D>>,
+    images: Vec<InputRecord<D>>,
     /// Their values on the grid.
     nodal: Vec<ScalarField<f64, D>>,
     config: AverageConfig,

@@ -10,7 +10,7 @@ use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::options::{Frame, Nodes, resolve_law};
 use crate::progress::Progress;
-use crate::shapes::{GreyInput, input_like, labels, oriented, placeless_like};
+use crate::shapes::{InputRecord, input_like, labels, oriented, placeless_like};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::place::{nodal_values, whole_frames};
@@ -30,7 +30,7 @@ const MAX_RATIO: f64 = 1.5;
 
 /// Images that are read, placed and checked, and the parameters of the computation.
 pub(crate) struct JointPlan<const D: usize> {
-    pub images: Vec<GreyInput<D>>,
+    pub images: Vec<InputRecord<D>>,
     pub nodal: Vec<ScalarField<f64, D>>,
     /// The configuration with all defaults resolved.
     pub config: AverageConfig,
@@ -89,8 +89,8 @@ fn plan<const D: usize>(
         images: images
             .enumerate()
             .map(|(number, (((image, name), range), frame))| {
-                let mut input = GreyInput::new(image, name, range, frame);
-                input.leads = number == leading;
+                let mut input = InputRecord::of_image(image, name, range, frame);
+                input.leads = number == leading && frame.in_world();
                 input
             })
             .collect(),

@@ -9,7 +9,6 @@ use shape_average::joint::{JointEnergy, JointResult, spread};
 use super::{AverageConfig, Outcome};
 use crate::doubts::named;
 use crate::report::{self, overall};
-use crate::shapes::InputRecord;
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -30,11 +29,6 @@ pub(super) struct Found<'a, const D: usize> {
     spread_after: f64,
 }
 
-/// The records of the images.
-pub(super) fn inputs<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
-    outcome.images.iter().map(InputRecord::of_image).collect()
-}
-
 /// The record of a result. The time is measured up to this call.
 pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Record<'_, D> {
     let result = &outcome.result;
@@ -52,7 +46,8 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let grid = result.average.grid();
     let names = outcome.images.iter().map(|image| &*image.name);
     let doubts = named(&result.doubts(&outcome.params.average), names);
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(inputs(outcome))
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
+        .of(outcome.images.clone())
 }
 
 /// The summary of a result.

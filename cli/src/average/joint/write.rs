@@ -4,7 +4,7 @@ use shape_average::StrainMaps;
 
 use super::Outcome;
 use super::draw;
-use super::record::{inputs, record, summary};
+use super::record::{record, summary};
 use crate::average::strain::write_maps;
 use crate::error::CliError;
 use crate::output::energy::write_energy;
@@ -39,15 +39,15 @@ pub(super) fn write_all<const D: usize>(
         directory.array(numbered("predicted", i, "npy"), &result.predicted(i))?;
     }
     write_maps(directory, result.average.grid(), &maps)?;
-    let inputs = inputs(outcome);
-    let world = WorldFrame::of_records(&inputs);
+    let inputs = &outcome.images;
+    let world = WorldFrame::of_inputs(inputs);
     let images = [
         ("average", &result.average_image),
         ("average_phasefield", &result.average),
     ];
-    write_images(directory, &inputs, &images)?;
-    let space = Space::of_records(directory, &inputs);
-    let of_input = |number| Space::of_record(&inputs, number);
+    write_images(directory, inputs, &images)?;
+    let space = Space::of_inputs(directory, inputs);
+    let of_input = |number| Space::of_input(inputs, number);
     let determinants = maps.iter().map(|maps| &*maps.determinant);
     let jacobians = write_warps(
         directory,

@@ -2,6 +2,7 @@
 
 use fe_grid::{Grid, ScalarField};
 use levelset::Contour;
+use levelset::polygon::{self, sides};
 
 /// A point, or a vector, of the plane.
 pub(super) type Point = [f64; 2];
@@ -51,19 +52,13 @@ impl Curve {
         closed.max_by(|a, b| a.area().total_cmp(&b.area()))
     }
 
-    fn segments(&self) -> impl Iterator<Item = (Point, Point)> + '_ {
-        let next = self.points.iter().cycle().skip(1);
-        self.points.iter().copied().zip(next.copied())
-    }
-
-    /// The enclosed area, by the shoelace formula.
+    /// The enclosed area.
     pub fn area(&self) -> f64 {
-        let pieces = self.segments().map(|(a, b)| a[0] * b[1] - a[1] * b[0]);
-        0.5 * pieces.sum::<f64>()
+        polygon::area(&self.points)
     }
 
     pub fn length(&self) -> f64 {
-        self.segments().map(|(a, b)| norm(minus(b, a))).sum()
+        sides(&self.points).map(|[a, b]| norm(minus(b, a))).sum()
     }
 
     /// The same curve by `n` points at equal distances along it, from the same first point.
@@ -71,7 +66,7 @@ impl Curve {
         let spacing = self.length() / n as f64;
         let mut points = Vec::with_capacity(n);
         let mut before = 0.0;
-        for (a, b) in self.segments() {
+        for [a, b] in sides(&self.points) {
             let length = norm(minus(b, a));
             while points.len() < n {
                 let along = points.len() as f64 * spacing - before;
@@ -97,7 +92,7 @@ impl Curve {
             segment: 0,
             share: 0.0,
         };
-        for (segment, (a, b)) in self.segments().enumerate() {
+        for (segment, [a, b]) in sides(&self.points).enumerate() {
             let (side, ray) = (minus(b, a), minus(x, a));
             let square = side[0] * side[0] + side[1] * side[1];
             let along = ray[0] * side[0] + ray[1] * side[1];
@@ -120,19 +115,15 @@ impl Curve {
         best
     }
 
-    /// Whether a ray from a point crosses the curve an odd number of times.
-    fn encloses(&self, [x, y]: Point) -> bool {
-        let crossed = self.segments().filter(|(a, b)| {
-            (a[1] > y) != (b[1] > y) && x < a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1])
-        });
-        crossed.count() % 2 == 1
-    }
-
     /// The signed distance at the nodes of a plane grid, positive inside.
     pub fn signed_distance<const D: usize>(&self, grid: Grid<D>) -> ScalarField<f64, D> {
         ScalarField::from_fn(grid, |x| {
             let x = [x[0], x[1]];
-            let sign = if self.encloses(x) { 1.0 } else { -1.0 };
+            let sign = if polygon::encloses(&self.points, x) {
+                1.0
+            } else {
+                -1.0
+            };
             [sign * self.nearest(x).distance]
         })
     }

@@ -1,7 +1,9 @@
 //! Sizes of a shape that show what a mean does to thin parts.
 
 use fe_grid::ScalarField;
-use levelset::{BoxEdge, LevelsetError, Moments, connected_components, contour, signed_distance};
+use levelset::{
+    BoxEdge, LevelsetError, connected_components, contour, enclosed_volume, signed_distance,
+};
 
 /// The share of the area that disks of a thickness have to cover.
 const COVERED: f64 = 0.8;
@@ -27,7 +29,7 @@ pub(super) struct Measures {
 /// The sizes of the shape inside a signed distance, exact to about a spacing.
 ///
 /// # Errors
-/// Those of contours of shapes that have vanished or fill the box.
+/// Those of contours, and of signed distances of shapes that fill the box.
 pub(super) fn measure<const D: usize>(
     distance: &ScalarField<f64, D>,
 ) -> Result<Measures, LevelsetError> {
@@ -75,7 +77,7 @@ fn opened<const D: usize>(
 }
 
 fn volume<const D: usize>(field: &ScalarField<f64, D>, level: f64) -> Result<f64, LevelsetError> {
-    Ok(Moments::of_contour(&contour(field, level, BoxEdge::Closed)?)?.volume)
+    enclosed_volume(&contour(field, level, BoxEdge::Closed)?)
 }
 
 #[cfg(test)]

@@ -5,9 +5,10 @@ use std::slice;
 use fe_grid::minimise::{Memory, Observer, Status};
 use fe_grid::{Grid, ScalarField, VectorField};
 use levelset::{
-    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, share_outside,
-    signed_distance,
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, RigidMotion, contour, hausdorff,
+    share_outside, signed_distance,
 };
+use nalgebra::SVector;
 use shape_average::align::align_components_to;
 use shape_average::{AverageParams, AverageResult, Shapes, match_components_to};
 use shape_pca::{Compound, Source};
@@ -15,13 +16,11 @@ use shape_pca::{Compound, Source};
 use super::measured::{Measured, shown_modes};
 use crate::error::CliError;
 use crate::options::{Align, Frame, Size};
-use crate::pca::draw::{moved, shown};
-use crate::pca::procrustes::{Procrustes, there_and_back};
+use crate::pca::draw::shown;
+use crate::pca::procrustes::Procrustes;
 use crate::pca::read::StoredPca;
 use crate::session::Session;
-use crate::shapes::{
-    Likeness, Motion, inspect_mask, inspect_resolution, moved as moved_by, place_like, volume_of,
-};
+use crate::shapes::{Likeness, inspect_mask, inspect_resolution, moved, place_like, volume_of};
 use shapespace_input::Image;
 use shapespace_input::frame::{FrameTransform, corner_in_unit_box};
 use shapespace_input::place::frame_like;
@@ -44,7 +43,7 @@ const ALIGNMENT_NODES: [usize; 2] = [65, 33];
 /// Where a new shape lies.
 struct Place<const D: usize> {
     frame: FrameTransform<D>,
-    motion: Option<Motion<D>>,
+    motion: Option<RigidMotion<D>>,
     /// The doubt that it is reflected.
     reflection: Option<Doubt>,
 }
@@ -77,7 +76,7 @@ impl<'a, const D: usize> Target<'a, D> {
         let grid = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
         let corner = corner_in_unit_box(object.grid());
         let sampled = |outline: &Contour<D>| -> Result<ScalarField<f64, D>, CliError> {
-            let distance = ContourDistance::new(&moved_by(outline, corner)).map_err(shown)?;
+            let distance = ContourDistance::new(&moved(outline, corner)).map_err(shown)?;
             Ok(distance.sample(grid))
         };
         let mut coarse = vec![sampled(&outline)?];
@@ -187,9 +186,13 @@ impl<'a, const D: usize> Target<'a, D> {
         let mut reconstructions = Vec::new();
         for m in 0..=found.scores.scores.len() {
             let u = space.synthesise(&found.scores.scores[..m])?;
-            let back = there_and_back(&outline, &fit.displacements[0], &u, -1.0);
+            let back = outline
+                .displaced(&fit.displacements[0], 1.0)
+                .displaced(&u, -1.0);
             let aligned = Procrustes::new(back.points(), outline.points());
-            let shape = aligned.apply(&moved(&self.outline, &u, -1.0));
+            let shape = aligned
+                .motion
+                .apply_to_contour(&self.outline.displaced(&u, -1.0));
             let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
             let dice = levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?;
             found.dice.push(dice);
@@ -297,13 +300,13 @@ impl<'a, const D: usize> Target<'a, D> {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
             remedy: "use --align none if it has the position of the average".into(),
         })?;
-        let rotation = found.motion.rotation();
-        let translation = found.motion.translation();
-        let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
-        let shift = std::array::from_fn(|i| translation[i] + back[i]);
+        let translation = found.motion.translation() + SVector::from(back);
         Ok(Place {
             frame: frame_of,
-            motion: Some((rows, shift)),
+            motion: Some(RigidMotion::from_parts(
+                *found.motion.rotation(),
+                translation,
+            )),
             reflection: self.reflection(&parts[0])?,
         })
     }
