@@ -352,6 +352,17 @@ fn segmentation_error(error: phasefield::PhaseFieldError) -> CliError {
     }
 }
 
+impl From<levelset::LevelsetError> for CliError {
+    fn from(error: levelset::LevelsetError) -> Self {
+        Self::Computation {
+            message: format!("a boundary cannot be found or measured: {error}"),
+            remedy: "use a finer --grid, on which no shape is lost; if that does not help, please report it \
+                     with the inputs"
+                .into(),
+        }
+    }
+}
+
 impl From<fe_grid::GridError> for CliError {
     fn from(error: fe_grid::GridError) -> Self {
         shape_average::AverageError::from(error).into()

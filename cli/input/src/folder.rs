@@ -7,7 +7,7 @@ use std::str::Chars;
 
 use glob::{MatchOptions, glob_with};
 
-use super::content::is_image;
+use super::endings::is_image;
 use super::exact::is_exact;
 use super::{InputError, extension_of};
 use crate::terminal::{note, printable};

@@ -18,6 +18,7 @@ mod content;
 mod curves;
 mod decode;
 pub mod dimension;
+mod endings;
 mod error;
 mod exact;
 pub mod files;
@@ -57,8 +58,9 @@ mod world;
 
 pub use boundary::boundary;
 pub(crate) use content::reserve;
-pub use content::{bytes_of, extension_of, without_ending};
+pub use content::{bytes_of, extension_of};
 pub use decode::check_count;
+pub use endings::without_ending;
 pub use error::InputError;
 pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline, read_point_array};
 pub use filled::Filled;

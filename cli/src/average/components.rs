@@ -3,7 +3,7 @@
 use fe_grid::{Field, Grid, ScalarField};
 use levelset::{BoxEdge, Contour, contour, enclosed_volume};
 use serde::Serialize;
-use shape_average::{AverageError, ComponentResult};
+use shape_average::ComponentResult;
 
 use super::Outcome;
 use super::record::{Distance, distances};
@@ -74,7 +74,7 @@ pub(crate) fn boundaries<const D: usize>(
 ) -> Result<Vec<Contour<D>>, CliError> {
     let boundaries = distances.iter().map(|u| contour(u, 0.0, BoxEdge::Closed));
     let boundaries = boundaries.collect::<Result<_, _>>();
-    Ok(boundaries.map_err(AverageError::from)?)
+    Ok(boundaries?)
 }
 
 /// A component in `result.json`.
@@ -114,7 +114,7 @@ pub(super) fn records<'a, const D: usize>(
     let components = outcome.result.components.iter().zip(labels_of(outcome));
     let mut records = Vec::new();
     for ((component, label), outline) in components.zip(outlines) {
-        let volume = enclosed_volume(outline).map_err(AverageError::from)?;
+        let volume = enclosed_volume(outline)?;
         records.push(ComponentRecord {
             label: *label,
             dice: &component.dice,
@@ -148,7 +148,7 @@ pub(super) fn average_outlines<const D: usize>(
 ) -> Result<Vec<Contour<D>>, CliError> {
     let outlines = outcome.result.components.iter().map(outline);
     let outlines = outlines.collect::<Result<_, _>>();
-    Ok(outlines.map_err(AverageError::from)?)
+    Ok(outlines?)
 }
 
 /// The same to be drawn.

@@ -2,7 +2,6 @@
 
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, contour};
-use shape_average::AverageError;
 
 use super::Outcome;
 use super::components::shapes_of;
@@ -87,7 +86,7 @@ fn surface((shape, colours): &(Shape, Vec<Colour>)) -> PaintedSurface<'_> {
 fn warped<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<(Shape, usize)>, CliError> {
     let result = &outcome.result;
     let visible = |i: usize, distance: &ScalarField<f64, D>| -> Result<Shape, CliError> {
-        let warped = contour(distance, 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
+        let warped = contour(distance, 0.0, BoxEdge::Closed)?;
         let Some(visibility) = result.pushed_visibility.get(i) else {
             return Ok(Shape::of(&warped));
         };

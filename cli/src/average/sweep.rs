@@ -4,9 +4,7 @@
 use fe_grid::{Certificate, Distribution, Grid, ScalarField};
 use levelset::{BoxEdge, Cause, Doubt, contour, enclosed_volume};
 use serde::Serialize;
-use shape_average::{
-    AverageError, AverageParams, AverageResult, average_of_visible, memory_estimate,
-};
+use shape_average::{AverageParams, AverageResult, average_of_visible, memory_estimate};
 
 use super::args::AverageConfig;
 use super::plan::{AveragePlan, fingerprint, plan_average};
@@ -186,7 +184,7 @@ fn one_record<const D: usize>(
 ) -> Result<OneRecord, CliError> {
     let outline = contour(&result.average_indicator, 0.5, BoxEdge::Closed);
     let volume = outline.and_then(|outline| enclosed_volume(&outline));
-    let volume = volume.map_err(AverageError::from)?;
+    let volume = volume?;
     Ok(OneRecord {
         weights: weights.to_vec(),
         status: overall(result.status, result.levels.last().map(|l| l.status)),

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use fe_grid::{Field, Grid, ScalarField};
 use levelset::{BoxEdge, Contour, contour, enclosed_volume};
-use shape_average::AverageError;
 
 use super::Outcome;
 use super::components::{
@@ -78,7 +77,7 @@ pub(super) fn write_all<const D: usize>(
         WorldFrame::of_inputs(inputs),
         &jacobians,
     )?;
-    let volume = enclosed_volume(&outline).map_err(AverageError::from)?;
+    let volume = enclosed_volume(&outline)?;
     let sizes = (volume, records(outcome, &parts)?);
     let strains = strains.ranges();
     let record = record(outcome, sizes, place.record(), strains, session.start);
@@ -135,7 +134,7 @@ pub(crate) fn write_inputs<const D: usize>(
 /// The boundary of the average; the faces of the box close it.
 fn average_outline<const D: usize>(outcome: &Outcome<D>) -> Result<Contour<D>, CliError> {
     let indicator = &outcome.result.average_indicator;
-    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(AverageError::from)?)
+    Ok(contour(indicator, 0.5, BoxEdge::Closed)?)
 }
 
 fn write_arrays<const D: usize>(

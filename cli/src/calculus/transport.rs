@@ -138,7 +138,7 @@ impl Command for TransportConfig {
             directory.array(format!("variation_{place}.npy"), velocity)?;
         }
         let level_set = &outcome.geodesic.level_sets[0];
-        let first = contour(level_set, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)?;
+        let first = contour(level_set, 0.0, BoxEdge::Closed)?;
         let [last, counterpart] = [0, path.steps()].map(|k| &path.contours[k]);
         let ends = [&first, last, &variation.outline, counterpart];
         let [first_name, last_name] = outcome.geodesic.names.clone();
@@ -160,7 +160,7 @@ fn record<'a, const D: usize>(
     start: Instant,
 ) -> Result<TransportRecord<'a, D>, CliError> {
     let (variation, shot) = (&outcome.variation, &outcome.counterpart.shot);
-    let size = |shape| enclosed_volume(shape).map_err(GeodesicError::from);
+    let size = |shape| enclosed_volume(shape).map_err(CliError::from);
     let transported = Transported {
         given_steps: outcome.geodesic.motions.len(),
         steps_found: path.steps(),
@@ -250,7 +250,7 @@ impl TransportConfig {
         let grid = *first.grid();
         let motion = start.alignment.map(|alignment| alignment.motion);
         let (outline, near) = place_like(image, frame, motion, grid)?;
-        let outside = share_outside(&outline, &grid).map_err(GeodesicError::from)?;
+        let outside = share_outside(&outline, &grid)?;
         if Doubt::check(Cause::OutsideBox, outside).is_some() {
             return Err(self.unfit(format!(
                 "has {:.2} % of its {} outside of the box of the geodesic's grid, which would be cut off",

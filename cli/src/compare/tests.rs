@@ -12,7 +12,6 @@ use super::CompareConfig;
 use super::source::{Compared, Kind, StoredScores};
 use super::table::Covariate;
 use crate::error::CliError;
-use crate::pca::shown;
 
 /// The result of a comparison.
 pub(crate) struct Outcome<const D: usize> {
@@ -97,8 +96,8 @@ fn of_modes<const D: usize>(
         .iter()
         .map(|row| row.iter().zip(&deviations).map(|(s, d)| s * d).collect())
         .collect();
-    let outline = contour(&space.object, 0.5, BoxEdge::Closed).map_err(shown)?;
-    let distance = signed_distance(&space.object, 0.5).map_err(shown)?;
+    let outline = contour(&space.object, 0.5, BoxEdge::Closed)?;
+    let distance = signed_distance(&space.object, 0.5)?;
     let normals = outwards(&outline, &distance);
     let displacement =
         |scores: &[f64]| -> Result<VectorField<f64, D>, PcaError> { space.synthesise(scores) };
@@ -114,7 +113,7 @@ fn of_modes<const D: usize>(
     };
     let predicted = |scores: Vec<f64>| -> Result<Predicted<D>, CliError> {
         let outline = outline.displaced(&displacement(&scores)?, -1.0);
-        let distance = ContourDistance::new(&outline).map_err(shown)?;
+        let distance = ContourDistance::new(&outline)?;
         Ok(Predicted {
             level_set: distance.sample(*space.object.grid()),
             scores,

@@ -14,6 +14,7 @@ use super::neighbours::Neighbours;
 use super::pair::{PairRecord, PathRecord};
 use super::skip::Skipped;
 use super::study::Distances;
+use crate::doubts::{DoubtRecord, named};
 use crate::report::{self, CONVERGED};
 use crate::shapes::{Input, InputRecord, common_scale, doubts_of};
 
@@ -199,10 +200,8 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         (None, false) => "incomplete",
     };
     let doubts = doubts(outcome, &found);
-    let names = inputs.iter().map(|input| &*input.name);
-    let doubts = crate::doubts::named(&doubts, names);
     let grid = Some(&outcome.grid);
-    let mut record = Record::new(status, grid, config, found, doubts, start).of(named(outcome));
+    let mut record = Record::new(status, grid, config, found, doubts, start).of(inputs_of(outcome));
     if records.iter().any(|r| r.magnification != 1.0) {
         // Each pair has its own.
         record.spacing_input_units = None;
@@ -210,44 +209,72 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     record
 }
 
+/// Subjects of doubts: the inputs by their numbers, and after them pairs.
+struct Subjects {
+    names: Vec<String>,
+}
+
+impl Subjects {
+    /// A doubt about a pair of inputs, which is named after both.
+    fn of_pair(&mut self, doubt: Doubt, [i, j]: [usize; 2], between: &str) -> Doubt {
+        let name = format!("{} {between} {}", self.names[i], self.names[j]);
+        if self.names.last() != Some(&name) {
+            self.names.push(name);
+        }
+        doubt.about(self.names.len() - 1)
+    }
+}
+
 /// The doubts about the inputs, the paths, and the distances.
-fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<Doubt> {
+fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<DoubtRecord> {
+    let names = outcome.inputs.iter().map(|input| input.name.clone());
+    let mut subjects = Subjects {
+        names: names.collect(),
+    };
     let counting = |path: &&LengthRecord| path.status != CONVERGED;
     let unfinished = found.paths.iter().filter(counting).count();
+    let mut doubts = doubts_of(&outcome.inputs);
+    doubts.extend(Doubt::check(Cause::NotConverged, unfinished as f64));
     let left = found.marked.iter();
-    let left = left.filter(|mark| mark.outcome != MarkOutcome::Replaced);
-    let of_paths = left.flat_map(|mark| {
+    for mark in left.filter(|mark| mark.outcome != MarkOutcome::Replaced) {
         let path = mark.path;
         let gap = path.gap_end.unwrap_or(f64::INFINITY);
-        let doubts = [
+        let own = [
             Doubt::overlap(Cause::PathEnd, path.dice_end, gap),
             Doubt::below(Cause::Determinant, path.min_det, 0.0),
         ];
-        let doubts = doubts.into_iter().flatten();
         let arrival = path.arrival.map(|found| found.doubts());
-        doubts
+        for doubt in own
+            .into_iter()
+            .flatten()
             .chain(arrival.into_iter().flatten())
-            .map(|doubt| doubt.about(mark.start))
-            .collect::<Vec<_>>()
-    });
-    let detours = found.paths.iter().filter_map(|path| {
+        {
+            doubts.push(subjects.of_pair(doubt, [mark.start, mark.end], "to"));
+        }
+    }
+    for path in &found.paths {
         let contacts = path.needless_contacts as f64;
-        Some(Doubt::check(Cause::NeedlessContacts, contacts)?.about(path.start))
-    });
+        if let Some(doubt) = Doubt::check(Cause::NeedlessContacts, contacts) {
+            doubts.push(subjects.of_pair(doubt, [path.start, path.end], "to"));
+        }
+    }
     let distances = found.distances;
-    let mut doubts = doubts_of(&outcome.inputs);
-    doubts.extend(Doubt::check(Cause::NotConverged, unfinished as f64));
-    doubts.extend(of_paths);
-    doubts.extend(detours);
-    doubts.extend(::geodesic::distances::doubts(
-        distances.asymmetry.as_ref(),
-        &distances.triangles,
-    ));
-    doubts
+    let asymmetry = distances.asymmetry.as_ref();
+    for doubt in ::geodesic::distances::doubts(asymmetry, &distances.triangles) {
+        let ends = match doubt.cause {
+            Cause::Asymmetry => asymmetry.map(|asymmetry| asymmetry.worst),
+            _ => distances.triangles.worst_triangle.map(|[i, j, _]| [i, j]),
+        };
+        doubts.push(match ends {
+            Some(ends) => subjects.of_pair(doubt, ends, "and"),
+            None => doubt,
+        });
+    }
+    named(&doubts, subjects.names.iter().map(|name| &**name))
 }
 
 /// The inputs with their names and classes.
-fn named<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
+fn inputs_of<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
     let labels = outcome.labels.as_ref();
     let inputs = outcome.inputs.iter().enumerate();
     let record = |(i, input): (usize, &Input<D>)| {

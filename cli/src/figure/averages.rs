@@ -4,7 +4,7 @@
 use fe_grid::ScalarField;
 use hyperelastic::LameModuli;
 use levelset::{BoxEdge, Contour, contour, enclosed_volume};
-use shape_average::{AverageError, AverageParams, AverageResult, Mean};
+use shape_average::{AverageParams, AverageResult, Mean};
 use shapespace_report::table::Cell;
 
 use super::scene::{Scene, distance, outline};
@@ -21,7 +21,7 @@ pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, Cli
     let names = ["first weight", "second weight", "third weight"];
     let last = ["distance to the first shape"];
     let mut compared = Comparison::new(&scene.grid(), SIDE, &names[..shapes], &last);
-    let first = contour(&inputs[0], 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
+    let first = contour(&inputs[0], 0.0, BoxEdge::Closed)?;
     let mut in_row = 0;
     let mut length = 1;
     for weights in weights_between(shapes, SIDE) {
@@ -152,7 +152,7 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
     let volume = |field: &ScalarField<f64, D>, level| -> Result<f64, CliError> {
         let outline = contour(field, level, BoxEdge::Closed);
         let volume = outline.and_then(|outline| enclosed_volume(&outline));
-        Ok(volume.map_err(AverageError::from)?)
+        Ok(volume?)
     };
     let inputs = scene.distances.iter().map(|shape| volume(shape, 0.0));
     let inputs = inputs.collect::<Result<Vec<f64>, _>>()?;

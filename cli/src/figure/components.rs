@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fe_grid::{Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, Contour, contour, dice};
-use shape_average::{AverageError, AverageResult, Shapes};
+use shape_average::{AverageResult, Shapes};
 use shape_pca::Pca;
 use shapespace_generate::{Bar, Implicit};
 use shapespace_report::table::{Cell, Table};
@@ -143,7 +143,7 @@ fn own_boundaries<const D: usize>(result: &AverageResult<D>) -> Result<Vec<Conto
     let parts = result.components.iter();
     let parts = parts.map(|part| contour(&part.average_indicator, 0.5, BoxEdge::Closed));
     let parts = parts.collect::<Result<_, _>>();
-    Ok(parts.map_err(AverageError::from)?)
+    Ok(parts?)
 }
 
 /// The components of all shapes by the deformations of a result, all of the first shape before those of the
@@ -171,7 +171,7 @@ fn agreement<const D: usize>(
     for (place, part) in pushed.iter().enumerate() {
         let others = pushed[place + 1..].iter().enumerate();
         for (_, other) in others.filter(|(k, _)| (k + 1) % n_components == 0) {
-            sum += dice(part, 0.0, other, 0.0).map_err(AverageError::from)?;
+            sum += dice(part, 0.0, other, 0.0)?;
             count += 1.0;
         }
     }

@@ -44,8 +44,7 @@ fn residuals<const D: usize>(
     let width = result.shapes.interface_width();
     let smoothing = SpectralSolver::new(grid, 1.0, width * width, Boundary::Natural)?;
     let smoothing = smoothing.with_components(D);
-    let depths = levelset::signed_distance(&result.average_indicator, 0.5)
-        .map_err(shape_average::AverageError::from)?;
+    let depths = levelset::signed_distance(&result.average_indicator, 0.5)?;
     let deepest = depths.as_slice().iter().copied().fold(0.0, f64::max);
     let law = params.law.compile().map_err(shape_pca::PcaError::from)?;
     let n = grid.n_nodes();

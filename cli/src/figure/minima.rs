@@ -115,7 +115,7 @@ fn tile<const D: usize>(
     let mut tile = tiles.averaged(result);
     for (i, displacement) in result.displacements.iter().enumerate() {
         let own = levelset::contour(&scene.distances[i], 0.0, levelset::BoxEdge::Closed);
-        let own = own.map_err(shape_average::AverageError::from)?;
+        let own = own?;
         let [middle, tip] = spoke(&own);
         let line: Vec<[f64; D]> = (0..POINTS)
             .map(|k| {

@@ -26,7 +26,7 @@ pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     }
     let end = high - HIDDEN * (high - low);
     let cut = ScalarField::from_fn(grid, |x| [first.sample(x)[0].min(end - x[0])]);
-    let cut = levelset::signed_distance(&cut, 0.0).map_err(shape_average::AverageError::from)?;
+    let cut = levelset::signed_distance(&cut, 0.0)?;
     let mut partly = scene.distances.clone();
     partly[0] = cut;
     let ramp = 2.0 * grid.spacing();

@@ -95,7 +95,7 @@ impl<const D: usize> Path<D> {
     /// As [`new`](Self::new).
     pub fn of(parts: Parts<D>, law: &LawSpec) -> Result<Self, CliError> {
         let contours: Vec<_> = parallel::try_map(&parts.level_sets, &|u| {
-            contour(u, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)
+            contour(u, 0.0, BoxEdge::Closed).map_err(CliError::from)
         })?;
         let sizes: Result<Vec<_>, _> = contours.iter().map(enclosed_volume).collect();
         let densities: Result<Vec<_>, GeodesicError> = parts
@@ -108,7 +108,7 @@ impl<const D: usize> Path<D> {
             parts,
             contours,
             labels: Vec::new(),
-            sizes: sizes.map_err(GeodesicError::from)?,
+            sizes: sizes?,
             densities: densities?,
         })
     }

@@ -108,7 +108,7 @@ impl Command for MetricConfig {
         let outline = contour(&distance, 0.0, BoxEdge::Closed);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), found.doubts()].concat(),
-            outline: outline.map_err(::geodesic::GeodesicError::from)?,
+            outline: outline?,
             config,
             inputs,
             distance,

@@ -8,7 +8,6 @@ use shape_average::{AverageError, AverageObjective, LevelShapes};
 use shape_pca::{Average, BalanceReport, Balancing, PcaParams, push_forward};
 
 use super::components::follow;
-use super::draw::shown;
 use super::read::StoredAverage;
 use crate::error::CliError;
 
@@ -143,7 +142,7 @@ fn fit<const D: usize>(
     let of = |i: usize| {
         let u = &average.displacements()[i];
         let pushed = push_forward(&average.indicators()[i], u, 0.0);
-        let dice = levelset::dice(&pushed, 0.5, average.object(), 0.5).map_err(shown)?;
+        let dice = levelset::dice(&pushed, 0.5, average.object(), 0.5)?;
         Ok([dice, certify(average.grid(), u.as_slice(), 0.0).min_det])
     };
     let own: Result<Vec<_>, CliError> = distribution.own().map(of).collect();

@@ -7,7 +7,6 @@ use levelset::{BoxEdge, Contour, ContourDistance, contour};
 use serde::Deserialize;
 use shape_pca::{Average, push_forward};
 
-use super::draw::shown;
 use crate::error::CliError;
 use crate::results::ResultFields;
 use crate::shapes::Components;
@@ -30,7 +29,7 @@ impl<const D: usize> StoredComponent<D> {
     /// # Errors
     /// [`CliError::Computation`] where there is none.
     pub fn outline(&self) -> Result<Contour<D>, CliError> {
-        contour(&self.indicator, 0.5, BoxEdge::Closed).map_err(shown)
+        contour(&self.indicator, 0.5, BoxEdge::Closed).map_err(CliError::from)
     }
 }
 
@@ -179,7 +178,7 @@ pub(super) fn label_field<const D: usize>(
     let mut deepest = vec![f64::NEG_INFINITY; grid.n_nodes()];
     let mut found = ScalarField::zeros(grid);
     for (label, (outline, _)) in labels.iter().zip(components) {
-        let own = ContourDistance::new(outline).map_err(shown)?.sample(grid);
+        let own = ContourDistance::new(outline)?.sample(grid);
         let nodes = found.as_mut_slice().iter_mut().zip(&mut deepest);
         for ((found, deepest), (own, whole)) in
             nodes.zip(own.as_slice().iter().zip(level_set.as_slice()))

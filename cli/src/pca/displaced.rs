@@ -4,7 +4,7 @@ use fe_grid::{Field, ScalarField, certify_within};
 use levelset::topology::Topology;
 use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, contour, share_outside};
 
-use super::draw::{shown, topology};
+use super::draw::topology;
 use crate::error::CliError;
 
 /// The average and what a displacement makes of it.
@@ -29,9 +29,9 @@ impl<const D: usize> Displaced<D> {
         displacement: &Field<f64, D, D>,
     ) -> Result<Self, CliError> {
         let grid = *object.grid();
-        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let outline = contour(object, 0.5, BoxEdge::Closed)?;
         let shape = outline.displaced(displacement, 1.0);
-        let level_set = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
+        let level_set = ContourDistance::new(&shape)?.sample(grid);
         let inside: Vec<bool> = (0..grid.n_cells())
             .map(|cell| object.as_slice()[grid.node_index(grid.cell(cell))] > 0.5)
             .collect();
@@ -54,7 +54,7 @@ impl<const D: usize> Displaced<D> {
         // Parts that lie on each other have holes where they do.
         let own = Topology::of(&self.level_set);
         let changes = own.differences(&topology(&self.outline, *grid)?);
-        let outside = share_outside(&self.shape, grid).map_err(shown)?;
+        let outside = share_outside(&self.shape, grid)?;
         let doubts = [
             Doubt::below(Cause::Determinant, self.min_det, 0.0),
             Doubt::check(Cause::Topology, changes as f64),

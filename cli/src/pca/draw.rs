@@ -17,14 +17,6 @@ const COLUMNS: usize = 5;
 /// Frames of an animation, from one end to the other.
 const FRAMES: usize = 17;
 
-/// A contour that cannot be drawn.
-pub(crate) fn shown(error: impl std::fmt::Display) -> CliError {
-    CliError::Computation {
-        message: format!("the average cannot be drawn: {error}"),
-        remedy: "check that the average contains nodes of its grid".into(),
-    }
-}
-
 /// The numbers of parts, holes and tunnels that a grid shows of what a boundary encloses.
 ///
 /// # Errors
@@ -33,7 +25,7 @@ pub(super) fn topology<const D: usize>(
     shape: &Contour<D>,
     grid: Grid<D>,
 ) -> Result<Topology, CliError> {
-    let distance = ContourDistance::new(shape).map_err(shown)?;
+    let distance = ContourDistance::new(shape)?;
     Ok(Topology::of(&distance.sample(grid)))
 }
 

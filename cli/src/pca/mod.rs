@@ -23,7 +23,6 @@ mod tables;
 mod write;
 
 pub(crate) use displaced::Displaced;
-pub(crate) use draw::shown;
 pub(crate) use map::ScoreMap;
 pub(crate) use read::{StoredAverage, StoredPca, read_average, read_pca};
 

@@ -11,7 +11,6 @@ use shape_pca::{
 use super::args::SynthesizeConfig;
 use super::components::{displaced, label_field, outlines};
 use super::displaced::Displaced;
-use super::draw::shown;
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{DoubtRecord, named, of_source};
@@ -158,7 +157,7 @@ fn record<const D: usize>(
     displaced: &Displaced<D>,
     start: Instant,
 ) -> Result<SynthesisRecord<D>, CliError> {
-    let size = |c: &Contour<D>| enclosed_volume(c).map_err(shown);
+    let size = |c: &Contour<D>| enclosed_volume(c).map_err(CliError::from);
     let (space, report) = (&outcome.stored.space, &outcome.report);
     let grid = *space.object.grid();
     let share = report.as_ref().map_or(1.0, |report| report.share);

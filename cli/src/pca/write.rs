@@ -5,7 +5,7 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
 use super::components::{displaced, outlines, phase_field_name};
-use super::draw::{DrawnModes, animated, displacement, shown, topology};
+use super::draw::{DrawnModes, animated, displacement, topology};
 use super::images::ImageModes;
 use super::map::ScoreMap;
 use super::procrustes::Procrustes;
@@ -70,7 +70,7 @@ pub(super) fn write_all<const D: usize>(
         (size, Vec::new(), Vec::new())
     } else {
         let object = outcome.stored.average.object();
-        let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let outline = &contour(object, 0.5, BoxEdge::Closed)?;
         let components = &outlines(&outcome.stored.components)?;
         let modes = DrawnModes {
             average: outline,
@@ -82,7 +82,7 @@ pub(super) fn write_all<const D: usize>(
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         let crossing = write_boundaries(directory, &outcome.stored.place, &modes)?;
         write_map(directory, outcome, outline)?;
-        let size = Moments::of_contour(outline).map_err(shown)?.volume;
+        let size = Moments::of_contour(outline)?.volume;
         (size, crossing, fits(outcome)?)
     };
     let record = record(outcome, (size, crossing), &fits, session.start);
@@ -147,7 +147,7 @@ fn fits<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Procrustes<D>>, CliE
     shapes
         .zip(&outcome.pca.displacements)
         .map(|((indicator, onto), u)| {
-            let own = contour(indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
+            let own = contour(indicator, 0.5, BoxEdge::Closed)?;
             let u = outcome.pca.space.from_average(u.clone());
             let back = own.displaced(onto, 1.0).displaced(&u, -1.0);
             Ok(Procrustes::new(back.points(), own.points()))

@@ -150,7 +150,7 @@ const NUMBERS: &[(&str, &str)] = &[
 /// Whole commands.
 const COMMANDS: &[(&str, &str)] = &[
     ("nothing", "unrecognized subcommand"),
-    ("average -o out", "at least 2 masks"),
+    ("average -o out", "at least 2 inputs"),
     ("average BARS", "--output"),
     ("average BARS --grid 9 --start nowhere -o out", "nowhere"),
     (

@@ -261,9 +261,12 @@ fn tables_that_cannot_be_used_are_refused() {
         (["7", "7", "7"], &["groups.csv", "'age'", "equal"][..]),
         (
             ["7", "NaN", "8"],
-            &["groups.csv:3", "'NaN' of 'ellipse_1'", "finite"],
+            &["'groups.csv', line 3", "'NaN' of 'ellipse_1'", "finite"],
         ),
-        (["7", "", "8"], &["groups.csv:3", "'ellipse_1'", "empty"]),
+        (
+            ["7", "", "8"],
+            &["'groups.csv', line 3", "'ellipse_1'", "empty"],
+        ),
     ] {
         let [a, b, c] = ages;
         let table = format!("file,group,age\nellipse_0,a,{a}\nellipse_1,a,{b}\nellipse_2,b,{c}\n");

@@ -51,4 +51,5 @@ mod starts;
 mod surfaces_elsewhere;
 mod verdict;
 mod verify;
+mod visible;
 mod warps;

@@ -3,7 +3,7 @@
 use ::geodesic::GeodesicParams;
 use fe_grid::ScalarField;
 use hyperelastic::{LameModuli, LawName, LawSpec};
-use shape_average::{AverageError, AverageParams};
+use shape_average::AverageParams;
 
 use super::Group;
 use crate::error::CliError;
@@ -30,7 +30,7 @@ pub(super) fn average<const D: usize>(
         doubt.shape = doubt.shape.map(|shape| shape + group.first);
     }
     let distance = levelset::signed_distance(&result.average_indicator, 0.5);
-    Ok(distance.map_err(AverageError::from)?)
+    Ok(distance?)
 }
 
 /// The lengths of the viscous paths of all pairs, and how many of them arrive at their ends.

@@ -259,7 +259,7 @@ impl<'a, const D: usize> Group<'a, D> {
             first,
             names,
             distances,
-            curves: curves.map_err(AverageError::from)?,
+            curves: curves?,
         })
     }
 
@@ -297,7 +297,7 @@ impl<'a, const D: usize> Group<'a, D> {
         };
         let share = 1.0 / self.names.len() as f64;
         for shape in self.distances {
-            let own = measure(shape).map_err(AverageError::from)?;
+            let own = measure(shape)?;
             mean.area += share * own.area;
             mean.thickness += share * own.thickness;
             mean.protrusion += share * own.protrusion;

@@ -16,7 +16,6 @@ use shape_pca::{Compound, Source};
 use super::measured::{Measured, shown_modes};
 use crate::error::CliError;
 use crate::options::{Align, Frame, Size};
-use crate::pca::draw::shown;
 use crate::pca::procrustes::Procrustes;
 use crate::pca::read::StoredPca;
 use crate::session::Session;
@@ -72,20 +71,20 @@ const MOST_TIMES: f64 = 10.0;
 impl<'a, const D: usize> Target<'a, D> {
     pub fn new(stored: &'a StoredPca<D>, align: Align, scale: Size) -> Result<Self, CliError> {
         let object = &stored.space.object;
-        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let outline = contour(object, 0.5, BoxEdge::Closed)?;
         let grid = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
         let corner = corner_in_unit_box(object.grid());
         let sampled = |outline: &Contour<D>| -> Result<ScalarField<f64, D>, CliError> {
-            let distance = ContourDistance::new(&moved(outline, corner)).map_err(shown)?;
+            let distance = ContourDistance::new(&moved(outline, corner))?;
             Ok(distance.sample(grid))
         };
         let mut coarse = vec![sampled(&outline)?];
-        let distance = signed_distance(object, 0.5).map_err(shown)?;
+        let distance = signed_distance(object, 0.5)?;
         let components = &stored.average.components;
         let (mut parts, mut phase_fields) = (Vec::new(), Vec::new());
         for component in components {
-            parts.push(signed_distance(&component.indicator, 0.5).map_err(shown)?);
-            let own = contour(&component.indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
+            parts.push(signed_distance(&component.indicator, 0.5)?);
+            let own = contour(&component.indicator, 0.5, BoxEdge::Closed)?;
             coarse.push(sampled(&own)?);
             phase_fields.push(component.phase_field.clone());
         }
@@ -96,7 +95,7 @@ impl<'a, const D: usize> Target<'a, D> {
         Ok(Self {
             stored,
             compound: Compound::new(&stored.average.average, &stored.space.params)?,
-            size: Moments::of_contour(&outline).map_err(shown)?.volume,
+            size: Moments::of_contour(&outline)?.volume,
             distance,
             parts,
             phase_fields,
@@ -163,7 +162,7 @@ impl<'a, const D: usize> Target<'a, D> {
         let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
         let mut doubts = [doubts, self.doubts(image, &distance, &outline, &fit)].concat();
         doubts.extend(place.reflection);
-        let outside = share_outside(&outline, distance.grid()).map_err(shown)?;
+        let outside = share_outside(&outline, distance.grid())?;
         doubts.extend(Doubt::check(Cause::OutsideBox, outside));
         let stored = &self.stored.average.components;
         let components = fit.components.iter().zip(&self.parts).zip(stored);
@@ -193,8 +192,8 @@ impl<'a, const D: usize> Target<'a, D> {
             let shape = aligned
                 .motion
                 .apply_to_contour(&self.outline.displaced(&u, -1.0));
-            let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
-            let dice = levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?;
+            let field = ContourDistance::new(&shape)?.sample(grid);
+            let dice = levelset::dice(&field, 0.0, &distance, 0.0)?;
             found.dice.push(dice);
             found.distance.push(aligned.distance);
             // Of few modes, some of them are the same.
@@ -339,9 +338,9 @@ fn agreement<const D: usize>(
     target: &ScalarField<f64, D>,
     outline: &Contour<D>,
 ) -> Result<(f64, Vec<Doubt>), CliError> {
-    let overlap = levelset::dice(pushed, 0.0, target, 0.0).map_err(shown)?;
-    let pushed = contour(pushed, 0.0, BoxEdge::Closed).map_err(shown)?;
-    let apart = hausdorff(&pushed, outline).map_err(shown)?;
+    let overlap = levelset::dice(pushed, 0.0, target, 0.0)?;
+    let pushed = contour(pushed, 0.0, BoxEdge::Closed)?;
+    let apart = hausdorff(&pushed, outline)?;
     let [mean, largest] = [apart.mean, apart.maximum].map(|d| d / target.grid().spacing());
     let doubts = [
         Doubt::overlap(Cause::Overlap, overlap, mean),
