@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use fe_grid::{Grid, ScalarField};
+use levelset::inspect::border_share;
 use png::{BitDepth, ColorType};
 use shapespace_generate::{
     Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star, area_share,
@@ -14,6 +15,7 @@ use crate::error::CliError;
 use crate::numbers::{finite, positive, shown};
 use crate::output::npy::{Precision, field_to};
 use crate::output::{OutputError, ResultDir, write_new_file};
+use shapespace_input::terminal::note;
 use shapespace_picture::png::encode;
 
 /// Draws a test shape or a family of test shapes.
@@ -200,6 +202,11 @@ fn run<const D: usize>(
                 full: inside > 0,
                 nodes: grid.nodes_per_axis()[0],
             });
+        }
+        if border_share(&field, 0.5) > 0.0 {
+            note(
+                "the shape is cut off at the border of the image: make it smaller, or move it with --shift",
+            );
         }
         if common.contrast < 1.0 || common.noise > 0.0 {
             let seed = common.noise_seed.wrapping_add(number);

@@ -84,6 +84,29 @@ fn a_png_and_an_array_of_one_shape_are_the_same_image() {
 }
 
 #[test]
+fn a_shape_that_is_cut_off_is_said_to_be() {
+    let place = Place::new();
+    for (radius, shift, cut) in [
+        ("0.3", "0,0", false),
+        ("0.3", "0.25,0", true),
+        ("0.6", "0,0", true),
+    ] {
+        let output = format!("{radius}_{shift}.png");
+        let disk = [
+            "generate", "disk", "--radius", radius, "--shift", shift, "-o", &output,
+        ];
+        let run = place.run(&disk);
+        let text = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success(), "{text}");
+        assert_eq!(
+            text.contains("cut off at the border"),
+            cut,
+            "{output}: {text}"
+        );
+    }
+}
+
+#[test]
 fn families_and_refusals() {
     let place = Place::new();
     let folder = drawn(
