@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use crate::numbers::shown;
 use crate::output::OutputError;
+use shape_pca::PcaError;
 use shapespace_input::InputError;
 use shapespace_input::terminal::{note, printable};
 
@@ -214,7 +215,7 @@ pub enum CliError {
     },
     /// The modes of variation cannot be computed.
     #[error("the modes of variation cannot be computed: {0}")]
-    Pca(shape_pca::PcaError),
+    Pca(PcaError),
     /// Ctrl-C before there was a result.
     #[error("stopped before there was a result; nothing has been written")]
     Stopped,
@@ -314,7 +315,7 @@ macro_rules! from_library {
 
 from_library!(shape_average::AverageError, average_error);
 from_library!(geodesic::GeodesicError, geodesic_error);
-from_library!(shape_pca::PcaError, Self::Pca);
+from_library!(PcaError, Self::Pca);
 from_library!(phasefield::PhaseFieldError, segmentation_error);
 
 fn geodesic_error(error: geodesic::GeodesicError) -> CliError {
@@ -400,6 +401,7 @@ impl CliError {
     /// The exit code of this error.
     pub fn exit(&self) -> Exit {
         match self {
+            Self::Pca(PcaError::NoVariation | PcaError::TooFewShapes { .. }) => Exit::BadInput,
             Self::Computation { .. }
             | Self::Average(_)
             | Self::Geodesic(_)
@@ -470,7 +472,10 @@ impl CliError {
             Self::NoGeodesic { .. } => {
                 "name a directory that `shapespace geodesic` has written, with --form lagrangian"
             }
-            Self::Pca(shape_pca::PcaError::NotSolved { .. }) => "increase --max-iterations",
+            Self::Pca(PcaError::NotSolved { .. }) => "increase --max-iterations",
+            Self::Pca(PcaError::NoVariation | PcaError::TooFewShapes { .. }) => {
+                "average two or more shapes that differ, with weights above zero"
+            }
             Self::Pca(_) => {
                 "check that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
             }

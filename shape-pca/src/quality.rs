@@ -25,7 +25,7 @@ pub struct Quality {
     /// Root mean square of the distance between a random shape of `m` modes and the nearest
     /// training shape, `m = 1, 2, ...`.
     pub specificity: Vec<f64>,
-    /// Scores of every shape in the modes of the others.
+    /// Scores of every shape in the modes of the others; none where these are equal.
     pub left_out: Vec<Scores>,
 }
 
@@ -35,8 +35,7 @@ impl Quality {
     /// of weight zero have scores, but influence nothing else.
     ///
     /// # Errors
-    /// [`PcaError::NoVariation`] if there is no variation without one of the shapes;
-    /// [`PcaError::TooFewShapes`].
+    /// [`PcaError::NoVariation`] if all shapes are equal; [`PcaError::TooFewShapes`].
     ///
     /// # Panics
     /// Unless the matrix has a row and a column for each weight.
@@ -123,10 +122,14 @@ fn leave_out(
         .collect();
     let (sample, shares) = (SampleSize::without(weights, i), shares(weights, &others));
     let centred = centred(gram, &others, &shares);
-    if others.len() < 2 {
-        return Ok(Scores::new(&[], centred[(i, i)], &[], sample));
-    }
-    let modes = Modes::new(&part(&centred, &others), &shares, zero, most)?;
+    let found = Modes::new(&part(&centred, &others), &shares, zero, most);
+    let modes = match found {
+        // One shape, or equal ones.
+        Err(PcaError::TooFewShapes { .. } | PcaError::NoVariation) => {
+            return Ok(Scores::new(&[], centred[(i, i)], &[], sample));
+        }
+        found => found?,
+    };
     let product = |combination: &Vec<f64>| -> f64 {
         let terms = combination.iter().zip(&others);
         terms.map(|(a, &j)| a * centred[(i, j)]).sum()

@@ -64,7 +64,8 @@ pub(super) fn compute<const D: usize>(
     let groups = &compared.labelled.groups;
     let found = match &compared.kind {
         Kind::Distances(matrix) => Found::Distances(
-            permanova(matrix, groups, config.relabelling()).map_err(|error| failed(&error))?,
+            permanova(matrix, groups, config.relabelling())
+                .map_err(|error| failed(config, &error))?,
         ),
         Kind::Modes(stored, scores) => {
             let found = of_modes(config, &stored.space, scores, &compared)?;
@@ -124,7 +125,9 @@ fn of_modes<const D: usize>(
         .iter()
         .map(|s| at_points(s))
         .collect::<Result<_, _>>()?;
-    let means = groups.means(&scores).map_err(|error| failed(&error))?;
+    let means = groups
+        .means(&scores)
+        .map_err(|error| failed(config, &error))?;
     let displacements = means
         .iter()
         .map(|s| at_points(s))
@@ -132,8 +135,8 @@ fn of_modes<const D: usize>(
     let covariates = compared.labelled.covariates.iter();
     let covariates = covariates
         .map(|Covariate { name, values }| {
-            let mut regression =
-                regress(&coordinates, values, relabelling).map_err(|error| failed(&error))?;
+            let mut regression = regress(&coordinates, values, relabelling)
+                .map_err(|error| failed(config, &error))?;
             // From coordinates to scores; modes that are compared vary.
             for numbers in [&mut regression.intercept, &mut regression.slope] {
                 for (x, deviation) in numbers.iter_mut().zip(&deviations) {
@@ -157,10 +160,12 @@ fn of_modes<const D: usize>(
         })
         .collect::<Result<_, CliError>>()?;
     Ok(OfModes {
-        tests: compare_scores(&coordinates, groups, relabelling).map_err(|error| failed(&error))?,
+        tests: compare_scores(&coordinates, groups, relabelling)
+            .map_err(|error| failed(config, &error))?,
         classification: classify(&scores, groups, modes, relabelling)
-            .map_err(|error| failed(&error))?,
-        points: compare_points(&loads, groups, relabelling).map_err(|error| failed(&error))?,
+            .map_err(|error| failed(config, &error))?,
+        points: compare_points(&loads, groups, relabelling)
+            .map_err(|error| failed(config, &error))?,
         means: means.into_iter().map(predicted).collect::<Result<_, _>>()?,
         displacements,
         covariates,
@@ -187,7 +192,9 @@ fn outwards<const D: usize>(outline: &Contour<D>, distance: &ScalarField<f64, D>
     outline.points().iter().map(normal).collect()
 }
 
-fn failed(error: &GroupError) -> CliError {
+/// The error for shapes and groups that cannot be compared, and for a result whose numbers cannot be.
+fn failed(config: &CompareConfig, error: &GroupError) -> CliError {
+    let message = format!("the groups cannot be compared: {error}");
     let remedy = match error {
         GroupError::ConstantCovariate | GroupError::TooFewShapes { .. } => {
             "leave the covariate out with --covariates"
@@ -195,10 +202,17 @@ fn failed(error: &GroupError) -> CliError {
         GroupError::EqualWithin => {
             "see whether the same file stands for several shapes of a group, under different names"
         }
-        _ => "compute the result again: its numbers cannot be compared",
+        _ => {
+            return CliError::Computation {
+                message,
+                remedy: "compute the result again: its numbers cannot be compared".into(),
+            };
+        }
     };
-    CliError::Computation {
-        message: format!("the groups cannot be compared: {error}"),
+    CliError::Config {
+        path: config.groups.clone(),
+        line: 0,
+        message,
         remedy: remedy.into(),
     }
 }

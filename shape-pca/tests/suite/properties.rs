@@ -7,6 +7,7 @@ use fe_grid::vector::{axpy, dot, norm};
 use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Field, Grid, LinearOperator, VectorField};
 use hyperelastic::{LameModuli, LawSpec};
+use nalgebra::DMatrix;
 use proptest::prelude::*;
 use shape_pca::{
     Average, Compound, Finite, Metric, Pca, PcaError, PcaParams, Quality, Source, evaluate,
@@ -293,6 +294,14 @@ fn quality_is_measured() {
     let spread: f64 = (0..5).map(|i| pca.gram[(i, i)]).sum::<f64>() / 5.0;
     assert!((quality.generalisation[0] - 1.25 * spread.sqrt()).abs() < 1e-12);
     assert!(quality.specificity.iter().all(|s| *s > 0.0));
+    // Of three shapes two are equal: without the third there are no modes, and it is as far from them as they are.
+    let equal = [0, 0, 1].map(|i| [0, 0, 1].map(|j| pca.gram[(i, j)]));
+    let gram = DMatrix::from_fn(3, 3, |i, j| equal[i][j]);
+    let quality = Quality::new(&gram, &[1.0 / 3.0; 3], 1e-10, usize::MAX).unwrap();
+    let third = &quality.left_out[2];
+    let distance = (gram[(0, 0)] - 2.0 * gram[(0, 2)] + gram[(2, 2)]).sqrt();
+    assert!(third.scores.is_empty() && third.mahalanobis.p_value == 1.0);
+    assert!((third.norm / distance - 1.0).abs() < 1e-12);
 }
 
 #[test]
