@@ -181,15 +181,19 @@ impl DoubtRecord {
             return self;
         }
         let related = RELATED.iter().find(|(name, ..)| *name == command);
-        let mut others: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        let mut others: BTreeMap<String, Vec<&str>> = BTreeMap::new();
         for option in options_in(&self.remedy) {
             let known = OPTIONS.iter().find(|(name, _)| *name == option);
             let Some((name, commands)) = known.filter(|(_, all)| !all.contains(&command)) else {
                 continue;
             };
             let related = related.filter(|(_, other, _)| commands.contains(other));
-            let first = commands.first().copied().unwrap_or_default();
-            let other = related.map_or(first, |(_, other, _)| other);
+            let other = match (related, commands) {
+                (Some((_, other, _)), _) => format!("`{other}`"),
+                (None, [one, two]) => format!("`{one}` and `{two}`"),
+                (None, [one, ..]) => format!("`{one}`"),
+                (None, []) => continue,
+            };
             others.entry(other).or_default().push(name);
         }
         for (other, options) in others {
@@ -198,14 +202,15 @@ impl DoubtRecord {
             } else {
                 "is an option"
             };
-            let reads = related.is_some_and(|(_, name, reads)| *name == other && *reads);
+            let reads =
+                related.is_some_and(|(_, name, reads)| other == format!("`{name}`") && *reads);
             let source = if reads {
                 ", whose result is read here"
             } else {
                 ""
             };
             let names = options.join(" and ");
-            let note = format!("; {names} {plural} of `{other}`{source}");
+            let note = format!("; {names} {plural} of {other}{source}");
             self.remedy += &note;
         }
         self

@@ -13,7 +13,7 @@ use crate::output::numbered;
 use crate::report::{RESULT, Record};
 use shapespace_input::dimension::Dim;
 use shapespace_input::files::read_text;
-use shapespace_input::{bytes_of, decode_array};
+use shapespace_input::{bytes_of, decode_array, extension_of};
 
 /// The record of a directory.
 ///
@@ -59,7 +59,13 @@ fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     let text = read_text(&directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
     serde_json::from_str(&text).map_err(|error| match command_of(&text) {
-        Some(command) => format!("it is one of `shapespace {command}`"),
+        // Another command has other fields.
+        Some(command) if error.to_string().starts_with("missing field") => {
+            format!("it is one of `shapespace {command}`")
+        }
+        Some(command) => {
+            format!("it is one of `shapespace {command}`, with other contents: {error}")
+        }
         None => format!("its {RESULT} has other contents: {error}"),
     })
 }
@@ -108,14 +114,22 @@ pub(crate) fn stored_grid<const D: usize>(size: &[usize], spacing: Option<f64>) 
     Grid::with_nodes(nodes, spacing).ok()
 }
 
-/// The checksums of the inputs in the record of a directory, as far as it has any.
+/// Extensions of files whose values may lie in another one.
+const HEADERS: [&str; 3] = ["hdr", "mhd", "nhdr"];
+
+/// The checksums of the values of the inputs in the record of a directory, as far as it has any.
 ///
 /// # Errors
 /// The reason why it has no record.
 pub(crate) fn read_input_sums(directory: &Path) -> Result<Vec<Option<String>>, String> {
     let record: Value = read_contents(directory)?;
     let inputs = record["input"].as_array();
-    let sum = |input: &Value| input[INPUT_SUM].as_str().map(str::to_owned);
+    let sum = |input: &Value| {
+        // The values of these lie in another file, which their checksum does not cover.
+        let is_header = |path: &&str| HEADERS.contains(&&*extension_of(Path::new(path)));
+        let path = input["path"].as_str().filter(|path| !is_header(path));
+        path.and(input[INPUT_SUM].as_str()).map(str::to_owned)
+    };
     Ok(inputs.map_or_else(Vec::new, |all| all.iter().map(sum).collect()))
 }
 
@@ -252,6 +266,19 @@ impl<'a> ResultFields<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Headers of values in other files may be equal where the values are not.
+    #[test]
+    fn checksums_of_headers_are_none_of_values() {
+        let place = tempfile::tempdir().unwrap();
+        let paths = ["a.png", "b/seg.mhd", "c.hdr", "d.NHDR", "e.mha", "f.img"];
+        let inputs = paths.map(|path| serde_json::json!({ "path": path, "sha256": "0f" }));
+        let record = serde_json::json!({ "input": inputs }).to_string();
+        std::fs::write(place.path().join(RESULT), record).unwrap();
+        let found = read_input_sums(place.path()).unwrap();
+        let known: Vec<bool> = found.iter().map(Option::is_some).collect();
+        assert_eq!(known, [true, false, false, false, true, true]);
+    }
 
     #[test]
     fn grids_have_the_spacing_of_the_record() {

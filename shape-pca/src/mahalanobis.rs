@@ -25,7 +25,9 @@ pub struct Mahalanobis {
     /// square `D^2`, `n` training shapes and `k` degrees of freedom, `D^2 (n - k) / (k (n + 1))` has an F
     /// distribution with `k` and `n - k` degrees of freedom (Hotelling), since the average and the variances come
     /// from the training shapes, too. With many of them `D^2` has a chi-squared distribution. Where their weights
-    /// differ, `n` is [`SampleSize::effective`], and the law is an approximation.
+    /// differ, `D^2 (1 - 1/n) / (1 + 1/n) (f - k + 1) / (k f)` has `k` and `f - k + 1` degrees of freedom about, with
+    /// [`SampleSize::effective`] in place of `n` and `f` of [`SampleSize::degrees_of_freedom`]: p-values are rather
+    /// too large then, and 1 where `f` is below `k`.
     pub p_value: f64,
     /// `d_M = sqrt((1/n) sum_j score_j^2)` over all modes, with the number `n` of training shapes whose weight is not
     /// zero: the definition of the lecture notes. Training shapes have the mean square `(n-1)/n`.
@@ -46,7 +48,7 @@ impl Mahalanobis {
         Self {
             distance: square.sqrt(),
             degrees_of_freedom,
-            p_value: survival(square, degrees_of_freedom, sample.effective),
+            p_value: survival(square, degrees_of_freedom, sample),
             over_n: (all / mutant!(n, MahalanobisCount => n - 1.0)).sqrt(),
         }
     }
@@ -72,7 +74,7 @@ impl Mahalanobis {
             f64::INFINITY
         };
         Self {
-            p_value: survival(from_others, self.degrees_of_freedom, others.effective),
+            p_value: survival(from_others, self.degrees_of_freedom, others),
             ..self
         }
     }
@@ -82,16 +84,19 @@ impl Mahalanobis {
 /// `1/n`, so that Hotelling's `T^2` of a prediction is `square (n - 1) / (n + 1)`.
 ///
 /// Source: T. W. Anderson, *An introduction to multivariate statistical analysis*, chapter 5.
-fn survival(square: f64, degrees_of_freedom: usize, n: f64) -> f64 {
+fn survival(square: f64, degrees_of_freedom: usize, sample: SampleSize) -> f64 {
     let k = degrees_of_freedom as f64;
-    if degrees_of_freedom == 0 || n <= k || square <= 0.0 {
+    let (n, of_variance) = (sample.effective, sample.degrees_of_freedom);
+    let left = of_variance - k + 1.0;
+    if degrees_of_freedom == 0 || left <= 0.0 || square <= 0.0 {
         return 1.0;
     }
     if !square.is_finite() {
         return if square.is_nan() { f64::NAN } else { 0.0 };
     }
     // `1 - x` of the incomplete beta function of the F distribution, without the ratio `F` itself.
-    beta_reg(0.5 * (n - k), 0.5 * k, (n + 1.0) / (n + 1.0 + square))
+    let ratio = (n - 1.0) / (n + 1.0) * square / of_variance;
+    beta_reg(0.5 * left, 0.5 * k, 1.0 / (1.0 + ratio))
 }
 
 #[cfg(test)]
@@ -110,16 +115,17 @@ mod tests {
         ] {
             let n = f64::from(k + others);
             let square = critical * f64::from(k) * (n + 1.0) / f64::from(others);
-            let found = survival(square, k as usize, n);
+            let sample = SampleSize::equal((k + others) as usize);
+            let found = survival(square, k as usize, sample);
             assert!((found / p - 1.0).abs() < 1e-3, "{k}, {others}: {found}");
         }
         // Many training shapes: the chi-squared distribution, for two degrees exp(-x/2).
-        let found = survival(3.0, 2, 1e6);
+        let found = survival(3.0, 2, SampleSize::equal(1_000_000));
         assert!((found / (-1.5f64).exp() - 1.0).abs() < 1e-5);
-        assert_eq!(survival(0.0, 3, 8.0), 1.0);
-        assert_eq!(survival(f64::INFINITY, 3, 8.0), 0.0);
-        assert!(survival(f64::NAN, 3, 8.0).is_nan());
-        assert_eq!(survival(9.0, 3, 3.0), 1.0);
+        assert_eq!(survival(0.0, 3, SampleSize::equal(8)), 1.0);
+        assert_eq!(survival(f64::INFINITY, 3, SampleSize::equal(8)), 0.0);
+        assert!(survival(f64::NAN, 3, SampleSize::equal(8)).is_nan());
+        assert_eq!(survival(9.0, 3, SampleSize::equal(3)), 1.0);
     }
 
     /// Checks that p-values below `p` are a share `p` of all cases, up to an error of the law, for the score of the
@@ -187,6 +193,9 @@ mod tests {
         let weights = [0.01, 0.19, 0.1, 0.1, 0.1, 0.1, 0.1, 0.05, 0.05, 0.2];
         check_uniform(17, false, &weights, 0.01);
         check_uniform(19, true, &weights, 0.01);
+        // Of this one 24 % were below .05 by the law of equal weights, and none by that of the effective number.
+        let heavy: Vec<f64> = [0.4].into_iter().chain([0.6 / 9.0; 9]).collect();
+        check_uniform(23, true, &heavy, 0.02);
     }
 
     #[test]

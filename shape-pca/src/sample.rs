@@ -10,6 +10,13 @@ pub struct SampleSize {
     ///
     /// Source: L. Kish, *Survey sampling* (1965).
     pub effective: f64,
+    /// The degrees of freedom of their variance, for weights that add up to one
+    /// `(1 - sum w^2)^2 / (sum w^2 - 2 sum w^3 + (sum w^2)^2)`: one less than the number of shapes where their
+    /// weights are equal.
+    ///
+    /// Source: F. E. Satterthwaite, *An approximate distribution of estimates of variance components*, Biometrics
+    /// Bulletin 2 (1946).
+    pub degrees_of_freedom: f64,
 }
 
 impl SampleSize {
@@ -18,6 +25,7 @@ impl SampleSize {
         Self {
             shapes,
             effective: shapes as f64,
+            degrees_of_freedom: shapes.saturating_sub(1) as f64,
         }
     }
 
@@ -30,10 +38,13 @@ impl SampleSize {
             return Self::equal(counted.len());
         }
         let sum: f64 = counted.iter().sum();
-        let squares: f64 = counted.iter().map(|w| w * w).sum();
+        let power = |k: i32| -> f64 { counted.iter().map(|w| (w / sum).powi(k)).sum() };
+        let (squares, cubes) = (power(2), power(3));
         Self {
             shapes: counted.len(),
-            effective: sum * sum / squares,
+            effective: squares.recip(),
+            degrees_of_freedom: (1.0 - squares).powi(2)
+                / (squares - 2.0 * cubes + squares * squares),
         }
     }
 
@@ -56,8 +67,13 @@ mod tests {
         let sample = SampleSize::of_weights(&weights);
         assert_eq!(sample.shapes, 3);
         assert!((sample.effective - 8.0 / 3.0).abs() < 1e-15);
+        // (1 - 3/8)^2 / (3/8 - 5/16 + 9/64).
+        assert!((sample.degrees_of_freedom - 25.0 / 13.0).abs() < 1e-14);
         assert_eq!(SampleSize::without(&weights, 0), SampleSize::equal(2));
         assert_eq!(SampleSize::without(&weights, 1), sample);
+        // As the formula has it where weights are equal but for rounding.
+        let sample = SampleSize::of_weights(&[0.1, 0.1, 0.1 + 1e-15]);
+        assert!((sample.degrees_of_freedom - 2.0).abs() < 1e-12);
         assert_eq!(SampleSize::of_weights(&[0.0]), SampleSize::equal(0));
     }
 }

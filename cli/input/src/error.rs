@@ -144,6 +144,8 @@ pub enum InputError {
     Full {
         /// The file.
         path: PathBuf,
+        /// Samples along each axis.
+        size: Vec<usize>,
     },
     /// The label does not occur.
     #[error("'{}' has no label {label}; its labels are {present:?}", path.display())]

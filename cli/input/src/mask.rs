@@ -35,7 +35,7 @@ pub(crate) fn into_image(
     if options.invert {
         samples.values.reverse();
     }
-    check_two_sides(&samples.values, path)?;
+    check_two_sides(&samples, path)?;
     Ok(shaped_any(samples, path))
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn into_label_image(samples: Samples, path: &Path) -> Result<AnyImage
         });
     }
     if samples.values.iter().all(|v| v != 0.0) {
-        return Err(InputError::Full { path: path.into() });
+        return Err(full(&samples, path));
     }
     Ok(shaped_any(samples, path))
 }
@@ -105,8 +105,15 @@ pub(crate) fn check_finite(samples: &Samples, path: &Path) -> Result<(), InputEr
     }
 }
 
-fn check_two_sides(values: &Values, path: &Path) -> Result<(), InputError> {
-    let (smallest, largest) = range(values);
+fn full(samples: &Samples, path: &Path) -> InputError {
+    InputError::Full {
+        path: path.into(),
+        size: samples.size.clone(),
+    }
+}
+
+fn check_two_sides(samples: &Samples, path: &Path) -> Result<(), InputError> {
+    let (smallest, largest) = range(&samples.values);
     if smallest == largest && smallest > 0.0 && smallest < 1.0 {
         return Err(InputError::Constant {
             path: path.into(),
@@ -120,7 +127,7 @@ fn check_two_sides(values: &Values, path: &Path) -> Result<(), InputError> {
         });
     }
     if smallest > LEVEL {
-        return Err(InputError::Full { path: path.into() });
+        return Err(full(samples, path));
     }
     Ok(())
 }

@@ -38,7 +38,8 @@ pub(super) fn plan_average(
         sources.read_images(&config.inputs, &config.masks.reading())?
     };
     Ok(per_dimension!(images, images => {
-        plan_images(images, views::read(&config.valid, sources)?, config)?
+        let views = views::read(&config.valid, &images, sources)?;
+        plan_images(images, views, config)?
     }))
 }
 
@@ -52,6 +53,10 @@ pub(super) fn plan_images<const D: usize>(
     mut config: AverageConfig,
 ) -> Result<AveragePlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
+    if views.is_empty() {
+        // Masks that hide nothing are as none.
+        config.valid.clear();
+    }
     let (images, parts) = if config.labels {
         let (whole, parts) = Components::each(&images)?;
         (whole, Some(parts).filter(|parts| parts.labels.len() > 1))

@@ -6,7 +6,7 @@ use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
 use crate::shapes::{Input, VisibilityMask, read_view, view_of};
-use shapespace_input::Sources;
+use shapespace_input::{Image, Sources};
 
 const OPTION: &str = "--valid";
 /// Denotes a mask that is bright everywhere.
@@ -30,20 +30,27 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
     })
 }
 
-/// Reads the masks.
+/// Reads the masks of images; none at all where they hide nothing.
 ///
 /// # Errors
 /// [`CliError`] for masks that cannot be read, or have another number of axes than the inputs.
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
+    images: &[Image<D>],
     sources: &Sources,
 ) -> Result<Vec<Option<VisibilityMask<D>>>, CliError> {
     let all = Path::new(ALL);
-    let read = |path: &PathBuf| {
-        let view = (path != all).then(|| read_view(path, sources, OPTION));
+    let read = |(path, image): (&PathBuf, &Image<D>)| {
+        let view = (path != all).then(|| read_view(path, image, sources, OPTION));
         view.transpose().map(Option::flatten)
     };
-    valid.iter().map(read).collect()
+    let views = valid.iter().zip(images).map(read);
+    let views = views.collect::<Result<Vec<_>, CliError>>()?;
+    Ok(if views.iter().all(Option::is_none) {
+        Vec::new()
+    } else {
+        views
+    })
 }
 
 /// Replaces the signed distances of partially visible inputs by those to their visible boundary,

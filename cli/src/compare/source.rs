@@ -10,7 +10,7 @@ use super::table::{Known, Labelled, read as read_table};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::pca::{StoredPca, read_pca};
-use crate::results::{command_in, read_contents};
+use crate::results::{command_in, read_contents, read_input_sums};
 use crate::session::PlanOf;
 
 /// What is known of the shapes.
@@ -55,8 +55,6 @@ struct StoredDistances {
 struct Named {
     name: String,
     path: PathBuf,
-    #[serde(default)]
-    sha256: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -161,8 +159,7 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
     let found: StoredDistances =
         read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;
-    let sums = found.input.iter().map(|input| input.sha256.clone());
-    let sums: Vec<Option<String>> = sums.collect();
+    let sums = read_input_sums(directory).map_err(|reason| unfit(directory, reason))?;
     let (names, files): (Vec<String>, Vec<PathBuf>) =
         found.input.into_iter().map(|i| (i.name, i.path)).unzip();
     let known = Known {

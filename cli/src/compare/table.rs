@@ -5,11 +5,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use shape_pca::groups::{GroupError, Groups};
+use shape_pca::groups::{GroupError, Groups, is_constant};
 use shapespace_input::files::read_text;
 
 use super::CompareConfig;
-use crate::distances::{Classes, NAMED, table_reader};
+use crate::distances::{Classes, NAMED, is_hint, table_reader};
 use crate::error::CliError;
 use crate::shapes::FileIndex;
 
@@ -42,7 +42,7 @@ struct Line {
 }
 
 /// Why a constant column is no covariate.
-const EQUAL: &str = "all its values are equal";
+const EQUAL: &str = "all its values are equal, or nearly so";
 /// How the reason ends where a number has a comma.
 const COMMA: &str = "has a comma: write decimal points, and no separators of thousands";
 
@@ -259,7 +259,7 @@ fn check_header(header: &[String]) -> Result<(), (String, &'static str)> {
         let remedy = "give a CSV file with a header and a line for every shape";
         return Err(("it is empty".into(), remedy));
     }
-    if header[0].starts_with("sep=") {
+    if is_hint(&header[0]) {
         let message = format!("'{}' is no header but a hint for spreadsheets", header[0]);
         return Err((message, "leave this line out"));
     }
@@ -286,10 +286,6 @@ fn number(cell: &str, shape: &str) -> Result<f64, String> {
         Err(_) if cell.is_empty() => Err(format!("the cell of '{shape}' is empty")),
         Err(_) => Err(format!("'{cell}' of '{shape}' is not a number")),
     }
-}
-
-fn is_constant(values: &[f64]) -> bool {
-    values.iter().all(|x| *x == values[0])
 }
 
 /// Shapes by the cells of a table.

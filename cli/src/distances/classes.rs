@@ -164,11 +164,20 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
         if cells.iter().all(|cell| cell.is_empty()) {
             continue;
         }
+        if i == 0 && is_hint(cells[0]) {
+            return Err(failed(format!(
+                "line 1, '{}', is no header but a hint for spreadsheets: leave it out",
+                cells[0]
+            )));
+        }
         let is_class = |cell: &&str| ["class", "group"].contains(&&*cell.to_lowercase());
         if i == 0
             && let Some(at) = cells.iter().skip(1).position(is_class)
         {
             column = Some(at + 1);
+            if cells[at + 2..].contains(&cells[at + 1]) {
+                return Err(failed(format!("it has two columns '{}'", cells[at + 1])));
+            }
             continue;
         }
         let (file, class) = match (column, cells.as_slice()) {
@@ -189,7 +198,9 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
                 Some((components, other))
                     if *components == fitting.components && other != class =>
                 {
-                    return Err(failed(format!("'{file}' is both {other} and {class}")));
+                    return Err(failed(format!(
+                        "line {line}: '{file}' is both {other} and {class}"
+                    )));
                 }
                 _ => known[input] = Some((fitting.components, class.to_owned())),
             }
@@ -197,6 +208,11 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
     }
     let classes = known.into_iter().map(|found| Some(found?.1));
     Ok(classes.collect())
+}
+
+/// Whether the first cell of a table states its separator, as some spreadsheets have it.
+pub(crate) fn is_hint(cell: &str) -> bool {
+    cell.to_lowercase().starts_with("sep=")
 }
 
 /// Reads a table whose cells are separated by commas, or where its first line has none by semicolons or tabs.
@@ -262,6 +278,8 @@ mod tests {
             "name,class,age\na.png\nb.png,x,2\n",
             "a.png;x\nb, c.png,y",
             "a.png,x\na.png,y\nb, c.png,x",
+            "sep=;\na.png;x\nb, c.png;y\n",
+            "name,group,age,group\na,x,1,y\nb,x,1,y\n",
         ] {
             assert!(matches!(read(bad), Err(CliError::Classes { .. })), "{bad}");
         }

@@ -56,20 +56,24 @@ fn plan_images<const D: usize>(
     resolve_law::<D>(&mut config.params.law)?;
     // Hidden parts would distort an alignment of the whole shapes.
     let align = config.occluded.is_some().then_some(Align::None);
-    let view = |path: &Option<PathBuf>, option| {
-        let path = path.as_deref();
+    let view = |path: &mut Option<PathBuf>, image: &Image<D>, option| {
         let view = path
-            .map(|path| read_view(path, sources, option))
-            .transpose();
-        view.map(Option::flatten)
+            .as_deref()
+            .map(|path| read_view(path, image, sources, option));
+        let view = view.transpose()?.flatten();
+        if view.is_none() {
+            // A mask that hides nothing is as none.
+            *path = None;
+        }
+        Ok::<_, CliError>(view)
     };
+    let views = [
+        view(&mut config.valid_start, &images[0], "--valid-start")?,
+        view(&mut config.valid_end, &images[1], "--valid-end")?,
+    ];
     let mut placed = Placed::by_default(images, &mut config.masks, align)?;
     let ends = [config.start.clone(), config.end.clone()];
     placed.lead(&ends, config.like.as_deref())?;
-    let views = [
-        view(&config.valid_start, "--valid-start")?,
-        view(&config.valid_end, "--valid-end")?,
-    ];
     // A place for each of both, so that one of the start is not taken for one of the end.
     inputs.extend(views.iter().map(|view| match view {
         Some(mask) => hash(&mask.image),

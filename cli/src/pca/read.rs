@@ -145,6 +145,10 @@ fn stored_average<const D: usize>(
         indicators.push(weight);
     }
     let visible = if config.valid.is_empty() { 0 } else { n };
+    if visible > 0 && !directory.join(numbered(VISIBILITY, 0, "npy")).is_file() {
+        let reason = "it has no visibility masks (visibility_000.npy): compute the average again";
+        return Err(unfit(reason.into()));
+    }
     let visibility = (0..visible).map(|i| fields.numbered_scalar::<D>(VISIBILITY, i));
     let visibility = visibility.collect::<Result<Vec<_>, _>>()?;
     let first = record.input.first();

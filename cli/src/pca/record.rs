@@ -156,7 +156,10 @@ pub(super) fn record<'a, const D: usize>(
     if let Some(continuation) = &outcome.continuation {
         doubts.extend(continuation.doubt(stored.params.min_determinant));
     }
-    doubts.extend(of_repeated(stored.input_sums.iter().map(Option::as_deref)));
+    let counted = stored.input_sums.iter().zip(weights);
+    doubts.extend(of_repeated(
+        counted.map(|(sum, weight)| sum.as_deref().filter(|_| *weight > 0.0)),
+    ));
     let doubts = named(&doubts, stored.names.iter().map(|name| &**name));
     Record::new(
         "complete",

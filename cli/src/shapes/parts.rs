@@ -176,12 +176,14 @@ pub(crate) struct VisibilityMask<const D: usize> {
     pub option: &'static str,
 }
 
-/// Reads the visibility mask that an option names; none where it is bright everywhere, so that nothing is hidden.
+/// Reads the visibility mask of an image that an option names; none where it is bright everywhere, so that nothing is
+/// hidden.
 ///
 /// # Errors
-/// [`CliError`] for masks that cannot be read, or do not have `D` axes.
+/// [`CliError`] for masks that cannot be read, or do not have `D` axes, and for a bright one of another size.
 pub(crate) fn read_view<const D: usize>(
     path: &Path,
+    of: &Image<D>,
     sources: &Sources,
     option: &'static str,
 ) -> Result<Option<VisibilityMask<D>>, CliError> {
@@ -191,7 +193,15 @@ pub(crate) fn read_view<const D: usize>(
         remedy: remedy.into(),
     };
     let image = match sources.read_image(path, &ReadOptions::default()) {
-        Err(InputError::Full { .. }) => return Ok(None),
+        Err(InputError::Full { size, .. }) if size == of.size => return Ok(None),
+        Err(InputError::Full { size, .. }) => {
+            let (found, expected) = (size_text(&size), size_text(&of.size));
+            let remedy = format!(
+                "it is bright everywhere, of {found} values for {expected}: if nothing of '{}' is hidden, leave it out",
+                of.path.display()
+            );
+            return Err(refused(&remedy));
+        }
         image => image?,
     };
     match image.of_type() {
@@ -205,6 +215,11 @@ pub(crate) fn read_view<const D: usize>(
             "give a mask with as many axes and values as the image of its shape",
         )),
     }
+}
+
+fn size_text(size: &[usize]) -> String {
+    let sides: Vec<String> = size.iter().map(ToString::to_string).collect();
+    sides.join(" x ")
 }
 
 /// The visible part of an input.

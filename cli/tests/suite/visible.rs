@@ -54,6 +54,15 @@ fn what_was_not_seen_is_not_missed() {
         "bright",
     );
     assert_eq!(area(&bright), area(&known));
+    // Where all are, it is as if there were none.
+    let none = run(
+        "covered.npy",
+        &["--valid", "all", "bright.npy", "all"],
+        "none",
+    );
+    assert!(none.json["parameters"]["valid"].is_null());
+    assert_eq!(area(&none), area(&blind));
+    assert!(!none.path("visibility_000.npy").exists());
     // Nor do modes take the covered part for background: their object is the average.
     succeeded(&place.compute(&["pca", "known", "-o", "modes"]));
     let object = Results::read(&place.path("modes")).number("/object_size");
@@ -74,7 +83,9 @@ fn what_was_not_seen_is_not_missed() {
         (&["view.npy"], "3 inputs"),
         (&["view.npy", "all", "missing.npy"], "missing.npy"),
         (&["view.npy", "all", "small.npy"], "small.npy"),
+        (&["view.npy", "all", "other.npy"], "bright everywhere"),
     ] {
+        place.write("other.npy", &npy_f64(&[64, 65], &vec![1.0; 64 * 65]));
         place.write("small.npy", &npy_f64(&[2, 2], &[0.0, 1.0, 1.0, 1.0]));
         let mut arguments = vec!["average"];
         arguments.extend(inputs);

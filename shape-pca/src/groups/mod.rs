@@ -30,6 +30,6 @@ pub use distances::{Permanova, permanova};
 pub use ellipse::{Ellipse, mean_ellipse};
 pub use labels::{GroupError, Groups};
 pub use points::{PointTests, compare_points, false_discovery_rates};
-pub use regression::{Regression, regress};
+pub use regression::{Regression, is_constant, regress};
 pub use relabelling::Relabelling;
 pub use scores::{ScoreTests, compare_scores};

@@ -31,6 +31,17 @@ impl Regression {
     }
 }
 
+/// Whether finite numbers are equal but for rounding, or so near to zero that their squares vanish: then nothing is
+/// regressed on them.
+pub fn is_constant(covariate: &[f64]) -> bool {
+    let n = covariate.len().max(1) as f64;
+    let mean = covariate.iter().sum::<f64>() / n;
+    let square: f64 = covariate.iter().map(|x| (x - mean).powi(2)).sum();
+    let scale = covariate.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // Equal numbers differ from their mean by rounding.
+    square.sqrt() <= 1e-12 * scale * n.sqrt()
+}
+
 /// Fits the coordinates of shapes in their modes, a row for every shape, to a covariate by least squares, and
 /// tests them by permutations of the covariate. As for [`compare_scores`](super::compare_scores), a mode
 /// counts by its variance in the test of all modes.
@@ -56,9 +67,7 @@ pub fn regress(
     let mean = covariate.iter().sum::<f64>() / n as f64;
     let centred: Vec<f64> = covariate.iter().map(|x| x - mean).collect();
     let square: f64 = centred.iter().map(|x| x * x).sum();
-    let scale = covariate.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    // Equal numbers differ from their mean by rounding.
-    if square.sqrt() <= 1e-12 * scale * (n as f64).sqrt() {
+    if is_constant(covariate) {
         return Err(GroupError::ConstantCovariate);
     }
     let means: Vec<f64> = (0..modes)
