@@ -35,6 +35,29 @@ const LEVEL_SETS: [&str; 2] = [", or --form level-sets", " or --form level-sets"
 /// What is left out of the remedies of commands that compare no minima.
 const STARTS: &str = ", or --starts 4 to compare other minima";
 
+/// Commands that minimise.
+const MINIMISING: &[&str] = &[
+    "average",
+    "geodesic",
+    "length",
+    "metric",
+    "extend",
+    "transport",
+    "distances",
+    "segment",
+    "pca",
+    "figure",
+];
+/// Commands that place shapes in a box.
+const PLACING: &[&str] = &[
+    "average",
+    "geodesic",
+    "length",
+    "metric",
+    "distances",
+    "figure",
+];
+
 /// The options that remedies name, with the commands that have them.
 pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
     (
@@ -50,17 +73,7 @@ pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
         ],
     ),
     ("--at-rest", &["pca"]),
-    (
-        "--box",
-        &[
-            "average",
-            "geodesic",
-            "length",
-            "metric",
-            "distances",
-            "figure",
-        ],
-    ),
+    ("--box", PLACING),
     ("--classes", &["segment", "distances"]),
     ("--contrast", &["average", "segment"]),
     ("--domain", &["geodesic", "length", "distances"]),
@@ -90,21 +103,7 @@ pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
             "figure",
         ],
     ),
-    (
-        "--max-iterations",
-        &[
-            "average",
-            "geodesic",
-            "length",
-            "metric",
-            "extend",
-            "transport",
-            "distances",
-            "segment",
-            "pca",
-            "figure",
-        ],
-    ),
+    ("--max-iterations", MINIMISING),
     (
         "--mismatch-weight",
         &["average", "geodesic", "length", "distances"],
@@ -112,32 +111,8 @@ pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
     ("--object", &["segment"]),
     ("--starts", &["average", "geodesic"]),
     ("--threshold", &["segment"]),
-    (
-        "--tolerance",
-        &[
-            "average",
-            "geodesic",
-            "length",
-            "metric",
-            "extend",
-            "transport",
-            "distances",
-            "segment",
-            "pca",
-            "figure",
-        ],
-    ),
-    (
-        "--void-stiffness",
-        &[
-            "average",
-            "geodesic",
-            "length",
-            "metric",
-            "distances",
-            "figure",
-        ],
-    ),
+    ("--tolerance", MINIMISING),
+    ("--void-stiffness", PLACING),
     ("--weights", &["average"]),
 ];
 
