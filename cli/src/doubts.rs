@@ -6,6 +6,8 @@ use levelset::verdict::worst;
 use levelset::{Cause, Doubt, Limit};
 use serde::{Deserialize, Serialize};
 
+use crate::numbers::plural;
+
 /// Doubts of one cause that are listed on the terminal and in the report.
 const LISTED: usize = 6;
 
@@ -325,8 +327,7 @@ fn sentence(doubt: &DoubtRecord) -> String {
 
 /// What is left out of a list on the terminal.
 pub(crate) fn and_others(count: usize) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("and {count} other{plural}, see result.json")
+    format!("and {count} other{}, see result.json", plural(count))
 }
 
 /// A number with as many digits as tell it from its limit.

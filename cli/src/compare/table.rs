@@ -11,6 +11,7 @@ use shapespace_input::files::read_text;
 use super::CompareConfig;
 use crate::distances::{Classes, NAMED, is_hint, table_reader};
 use crate::error::CliError;
+use crate::numbers::plural;
 use crate::shapes::FileIndex;
 
 /// The groups and covariates of shapes.
@@ -155,9 +156,8 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             .join("', '");
         let more = if missing.len() > LISTED { ", …" } else { "" };
         let count = missing.len();
-        let plural = if count == 1 { "" } else { "s" };
-        let message =
-            format!("it has no line for {count} shape{plural} of the result: '{shown}'{more}");
+        let s = plural(count);
+        let message = format!("it has no line for {count} shape{s} of the result: '{shown}'{more}");
         let remedy =
             "name every shape in the first column, by its file or by its name in the result";
         return Err(wrong(0, message, remedy));

@@ -10,6 +10,7 @@ use super::minima::{FoundPaths, add_paths};
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::{DoubtRecord, named};
+use crate::numbers::plural;
 use crate::report::{self, overall};
 use crate::shapes::{BoundaryRecord, Input, common_scale, records_of};
 use crate::summary::Summary;
@@ -162,8 +163,8 @@ fn changes_of_topology(contacts: &[Contact]) -> Option<String> {
     let largest = contacts.first()?;
     let count = |change, one: &str| {
         let n = contacts.iter().filter(|c| c.change == change).count();
-        let plural = if n == 1 { "" } else { "s" };
-        (n > 0).then(|| format!("{n} {one}{plural}"))
+        let s = plural(n);
+        (n > 0).then(|| format!("{n} {one}{s}"))
     };
     let counts = [count(Change::Merge, "merge"), count(Change::Split, "split")];
     let counts: Vec<String> = counts.into_iter().flatten().collect();

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::args::SegmentConfig;
 use super::compute::Found;
 use crate::doubts::named;
+use crate::numbers::plural;
 use crate::report::{self, CANCELLED, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord};
 use crate::summary::Summary;
@@ -135,7 +136,6 @@ pub(super) fn record<'a, const D: usize>(
 /// The summary of a result.
 pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let images = &record.body.images;
-    let plural = |n: usize| if n == 1 { "" } else { "s" };
     let (n, seconds) = (images.len(), record.seconds);
     let title = format!(
         "Edges of {n} image{}: {}, {seconds:.1} s",

@@ -10,6 +10,7 @@ use super::command::{Interpolation, WarpArgs};
 use super::draw::PICTURE;
 use super::points::Moved;
 use crate::doubts::{DoubtRecord, named, of_source};
+use crate::numbers::plural;
 use crate::report;
 use crate::results::read_contents;
 use crate::shapes::stem;
@@ -133,10 +134,10 @@ pub(super) fn summary<const D: usize>(
     args: &WarpArgs,
     carried: &[Moved],
 ) -> Summary {
-    let plural = if carried.len() == 1 { "" } else { "s" };
     let title = format!(
-        "{} file{plural} carried, {:.1} s",
+        "{} file{} carried, {:.1} s",
         carried.len(),
+        plural(carried.len()),
         record.seconds
     );
     let mut summary = Summary::new(record, PICTURE, title);

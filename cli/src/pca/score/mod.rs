@@ -29,6 +29,7 @@ use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
 use crate::memory::announce;
+use crate::numbers::plural;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, labels};
@@ -335,7 +336,8 @@ fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas {
 
 fn summary<const D: usize>(record: &ScoreRecord<D>) -> Summary {
     let (shapes, found) = (&record.parameters.inputs, &record.body);
-    let title = format!("Scores of {} shapes, {:.1} s", shapes.len(), record.seconds);
+    let (n, seconds) = (shapes.len(), record.seconds);
+    let title = format!("Scores of {n} shape{}, {seconds:.1} s", plural(n));
     let mut summary = Summary::new(record, "score.png", title);
     for (k, shape) in shapes.iter().enumerate() {
         summary.text(format!(
