@@ -158,7 +158,7 @@ impl DoubtRecord {
             return self;
         }
         let related = RELATED.iter().find(|(name, ..)| *name == command);
-        let mut others: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+        let mut others: BTreeMap<&[&str], Vec<&str>> = BTreeMap::new();
         for option in options_in(&self.remedy) {
             let known = OPTIONS.iter().find(|(name, _)| *name == option);
             let Some((name, commands)) = known.filter(|(_, all)| !all.contains(&command)) else {
@@ -166,10 +166,9 @@ impl DoubtRecord {
             };
             let related = related.filter(|(_, other, _)| commands.contains(other));
             let other = match (related, commands) {
-                (Some((_, other, _)), _) => format!("`{other}`"),
-                (None, [one, two]) => format!("`{one}` and `{two}`"),
-                (None, [one, ..]) => format!("`{one}`"),
-                (None, []) => continue,
+                (Some((_, other, _)), _) => std::slice::from_ref(other),
+                (None, [_, _]) => commands,
+                (None, _) => &commands[..1.min(commands.len())],
             };
             others.entry(other).or_default().push(name);
         }
@@ -179,15 +178,15 @@ impl DoubtRecord {
             } else {
                 "is an option"
             };
-            let reads =
-                related.is_some_and(|(_, name, reads)| other == format!("`{name}`") && *reads);
+            let reads = related.is_some_and(|(_, name, reads)| *other == [*name] && *reads);
             let source = if reads {
                 ", whose result is read here"
             } else {
                 ""
             };
             let names = options.join(" and ");
-            let note = format!("; {names} {plural} of {other}{source}");
+            let other = other.join("` and `");
+            let note = format!("; {names} {plural} of `{other}`{source}");
             self.remedy += &note;
         }
         self

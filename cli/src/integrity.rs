@@ -21,7 +21,7 @@ const ARRAYS: &str = "arrays";
 /// The key of the files that were carried.
 const CARRIED: &str = "carried";
 /// The key of the checksum of an input.
-pub(crate) const INPUT_SUM: &str = "sha256";
+const INPUT_SUM: &str = "sha256";
 /// The SHA-256 of bytes, in hexadecimal digits.
 pub(crate) fn sum_of(bytes: &[u8]) -> String {
     format!("{:x}", Sha256::digest(bytes))

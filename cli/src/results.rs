@@ -5,15 +5,14 @@ use std::path::Path;
 use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
 
 use crate::error::CliError;
-use crate::integrity::{INPUT_SUM, Sums};
+use crate::integrity::Sums;
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
 use shapespace_input::dimension::Dim;
 use shapespace_input::files::read_text;
-use shapespace_input::{bytes_of, decode_array, extension_of};
+use shapespace_input::{bytes_of, decode_array};
 
 /// The record of a directory.
 ///
@@ -112,25 +111,6 @@ pub(crate) fn stored_grid<const D: usize>(size: &[usize], spacing: Option<f64>) 
         .filter(|spacing| !is_usual(spacing))
         .unwrap_or(usual);
     Grid::with_nodes(nodes, spacing).ok()
-}
-
-/// Extensions of files whose values may lie in another one.
-const HEADERS: [&str; 3] = ["hdr", "mhd", "nhdr"];
-
-/// The checksums of the values of the inputs in the record of a directory, as far as it has any.
-///
-/// # Errors
-/// The reason why it has no record.
-pub(crate) fn read_input_sums(directory: &Path) -> Result<Vec<Option<String>>, String> {
-    let record: Value = read_contents(directory)?;
-    let inputs = record["input"].as_array();
-    let sum = |input: &Value| {
-        // The values of these lie in another file, which their checksum does not cover.
-        let is_header = |path: &&str| HEADERS.contains(&&*extension_of(Path::new(path)));
-        let path = input["path"].as_str().filter(|path| !is_header(path));
-        path.and(input[INPUT_SUM].as_str()).map(str::to_owned)
-    };
-    Ok(inputs.map_or_else(Vec::new, |all| all.iter().map(sum).collect()))
 }
 
 impl<'a> ResultFields<'a> {
@@ -266,19 +246,6 @@ impl<'a> ResultFields<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Headers of values in other files may be equal where the values are not.
-    #[test]
-    fn checksums_of_headers_are_none_of_values() {
-        let place = tempfile::tempdir().unwrap();
-        let paths = ["a.png", "b/seg.mhd", "c.hdr", "d.NHDR", "e.mha", "f.img"];
-        let inputs = paths.map(|path| serde_json::json!({ "path": path, "sha256": "0f" }));
-        let record = serde_json::json!({ "input": inputs }).to_string();
-        std::fs::write(place.path().join(RESULT), record).unwrap();
-        let found = read_input_sums(place.path()).unwrap();
-        let known: Vec<bool> = found.iter().map(Option::is_some).collect();
-        assert_eq!(known, [true, false, false, false, true, true]);
-    }
 
     #[test]
     fn grids_have_the_spacing_of_the_record() {

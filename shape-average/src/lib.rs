@@ -101,6 +101,7 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use minima::{Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Precision, Solver};
+pub use pushed::LEAST_VOTE;
 pub use result::{AverageResult, ComponentResult, LevelReport, Rematch, Turned};
 pub use shapes::Shapes;
 pub use solve::{

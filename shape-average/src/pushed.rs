@@ -8,8 +8,8 @@ use crate::shapes::Shapes;
 use fe_grid::{Distribution, Field, Grid, InverseDeformation, ScalarField, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 
-/// If the visible shapes at a point have less total weight than this, all shapes are counted.
-const LEAST_VOTE: f64 = 1e-3;
+/// If the visible shapes at a point have less total weight than this, all shapes are counted there for the average.
+pub const LEAST_VOTE: f64 = 1e-3;
 /// Threshold of the visibility mask above which a point counts as visible.
 pub(crate) const SEEN: f64 = 0.5;
 

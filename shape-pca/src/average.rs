@@ -3,15 +3,11 @@
 use crate::compound::Source;
 use crate::error::PcaError;
 use crate::params::PcaParams;
-use crate::push::push_forward;
 use fe_grid::communicator::Communicator;
 use fe_grid::vector::axpy;
-use fe_grid::{Distribution, Field, Grid, ScalarField, VectorField, mutant};
-use shape_average::{AverageParams, AverageResult};
+use fe_grid::{Distribution, Field, Grid, InverseDeformation, ScalarField, VectorField, mutant};
+use shape_average::{AverageParams, AverageResult, LEAST_VOTE};
 use std::sync::Arc;
-
-/// If the visible shapes at a point have less total weight than this, all shapes are counted, as in the average.
-const LEAST_VOTE: f64 = 1e-3;
 
 /// Deformations of shapes onto their average.
 #[derive(Clone, Debug)]
@@ -114,21 +110,27 @@ impl<const D: usize> Average<D> {
             let expected = n;
             return Err(PcaError::Weights { expected, weights });
         }
-        let pushed = |i: usize| push_forward(&indicators[i], &displacements[i], 0.0).into_vec();
-        let mut object = weighted_sum(&distribution, &weights, grid.n_nodes(), &pushed);
-        if !visibility.is_empty() {
-            // Outside of the box, which is empty, a shape is visible.
-            let seen = |i: usize| push_forward(&visibility[i], &displacements[i], 1.0).into_vec();
-            let both = |i: usize| {
-                let pairs = pushed(i).into_iter().zip(seen(i));
-                pairs.map(|(chi, eta)| chi * eta).collect()
-            };
-            let votes = weighted_sum(&distribution, &weights, grid.n_nodes(), &seen);
-            let inside = weighted_sum(&distribution, &weights, grid.n_nodes(), &both);
-            for (object, (inside, votes)) in object.iter_mut().zip(inside.iter().zip(votes)) {
-                if votes > LEAST_VOTE {
-                    *object = inside / votes;
+        // The indicator of a shape in the average and, where parts are hidden, behind it its visibility and both together.
+        let nodes = grid.n_nodes();
+        let pushed = |i: usize| {
+            let inverse = InverseDeformation::new(&displacements[i]);
+            let mut all = inverse.push_forward(&indicators[i], 0.0).into_vec();
+            if let Some(visibility) = visibility.get(i) {
+                // Outside of the box, which is empty, a shape is visible.
+                all.extend(inverse.push_forward(visibility, 1.0).as_slice());
+                for node in 0..nodes {
+                    all.push(all[node] * all[nodes + node]);
                 }
+            }
+            all
+        };
+        let parts = if visibility.is_empty() { 1 } else { 3 };
+        let mut object = weighted_sum(&distribution, &weights, parts * nodes, &pushed);
+        let seen = object.split_off(nodes);
+        let (votes, inside) = seen.split_at(seen.len() / 2);
+        for (object, (inside, votes)) in object.iter_mut().zip(inside.iter().zip(votes)) {
+            if *votes > LEAST_VOTE {
+                *object = inside / votes;
             }
         }
         let object = ScalarField::from_vec(grid, object)?;

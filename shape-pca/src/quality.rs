@@ -52,11 +52,6 @@ impl Quality {
             "a row, a column and a weight for each shape"
         );
         let counted: Vec<usize> = (0..n).filter(|&i| weights[i] > 0.0).collect();
-        if counted.len() < 2 {
-            return Err(PcaError::TooFewShapes {
-                found: counted.len(),
-            });
-        }
         let (gram_of_counted, shares) = (part(gram, &counted), shares(weights, &counted));
         let all: Vec<usize> = (0..counted.len()).collect();
         let centred = centred(&gram_of_counted, &all, &shares);

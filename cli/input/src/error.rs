@@ -332,7 +332,8 @@ impl InputError {
     }
 }
 
-fn size_text(size: &[u64]) -> String {
-    let sides: Vec<_> = size.iter().map(u64::to_string).collect();
+/// The numbers of samples along each axis, as text.
+pub fn size_text<N: ToString>(size: &[N]) -> String {
+    let sides: Vec<_> = size.iter().map(N::to_string).collect();
     sides.join(" x ")
 }

@@ -61,7 +61,7 @@ pub(crate) use content::reserve;
 pub use content::{bytes_of, extension_of};
 pub use decode::check_count;
 pub use endings::without_ending;
-pub use error::InputError;
+pub use error::{InputError, size_text};
 pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline, read_point_array};
 pub use filled::Filled;
 pub use folder::Kinds;

@@ -10,8 +10,9 @@ use super::table::{Known, Labelled, read as read_table};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::pca::{StoredPca, read_pca};
-use crate::results::{command_in, read_contents, read_input_sums};
+use crate::results::{command_in, read_contents};
 use crate::session::PlanOf;
+use crate::shapes::sum_of_values;
 
 /// What is known of the shapes.
 pub(super) enum Kind<const D: usize> {
@@ -55,6 +56,8 @@ struct StoredDistances {
 struct Named {
     name: String,
     path: PathBuf,
+    #[serde(default)]
+    sha256: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -159,7 +162,10 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
     let found: StoredDistances =
         read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;
-    let sums = read_input_sums(directory).map_err(|reason| unfit(directory, reason))?;
+    let sums = found.input.iter();
+    let sums: Vec<Option<String>> = sums
+        .map(|input| sum_of_values(&input.path, input.sha256.clone()))
+        .collect();
     let (names, files): (Vec<String>, Vec<PathBuf>) =
         found.input.into_iter().map(|i| (i.name, i.path)).unzip();
     let known = Known {

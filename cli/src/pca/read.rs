@@ -19,8 +19,8 @@ use crate::options::{Align, Frame, Size};
 use crate::output::names::VISIBILITY;
 use crate::output::numbered;
 use crate::report::Record;
-use crate::results::{ResultFields, read_dimension, read_input_sums, read_record};
-use crate::shapes::{ResultPlace, WorldFrame};
+use crate::results::{ResultFields, read_dimension, read_record};
+use crate::shapes::{InputRecord, ResultPlace, WorldFrame};
 use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
@@ -192,7 +192,11 @@ fn stored_average<const D: usize>(
         },
         size: config.masks.size,
         doubts: record.doubts,
-        input_sums: read_input_sums(directory).map_err(unfit)?,
+        input_sums: record
+            .input
+            .iter()
+            .map(InputRecord::sum_of_values)
+            .collect(),
         sums: fields.sums().clone(),
     })
 }

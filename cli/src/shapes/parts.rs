@@ -13,7 +13,7 @@ use levelset::{Compact, Contour, ContourDistance, LevelsetError, Step};
 
 use super::{Input, distance, placed, placed_by};
 use crate::error::CliError;
-use shapespace_input::{Image, InputError, ReadOptions, Sources};
+use shapespace_input::{Image, InputError, ReadOptions, Sources, size_text};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -215,11 +215,6 @@ pub(crate) fn read_view<const D: usize>(
             "give a mask with as many axes and values as the image of its shape",
         )),
     }
-}
-
-fn size_text(size: &[usize]) -> String {
-    let sides: Vec<String> = size.iter().map(ToString::to_string).collect();
-    sides.join(" x ")
 }
 
 /// The visible part of an input.

@@ -2,7 +2,9 @@
 
 #[cfg(target_os = "linux")]
 use crate::common::interrupted;
-use crate::common::{Place, Results, arrays, draw, drawn, nifti, npy_f64, picture_size, succeeded};
+use crate::common::{
+    Place, Results, array, arrays, draw, drawn, nifti, npy_f64, picture_size, succeeded,
+};
 
 const KEYS: [&str; 22] = [
     "boundaries",
@@ -432,12 +434,7 @@ fn a_shape_that_is_hidden_in_part_is_restored() {
         "template.npy",
         &["bar", "--angle", "150", "--grid", "65"],
     );
-    let whole = std::fs::read(place.path("whole.npy")).unwrap();
-    let header = whole.len() - 8 * 65 * 65;
-    let mut values: Vec<f64> = whole[header..]
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
-        .collect();
+    let (_, mut values) = array(&place.path("whole.npy"));
     let mut view = vec![1.0; values.len()];
     // A piece in the middle of one arm is covered.
     for (index, (value, seen)) in values.iter_mut().zip(&mut view).enumerate() {

@@ -1,7 +1,7 @@
 //! Averages and modes of shapes that are visible in part.
 
 use crate::average::{averaged, check};
-use crate::common::{Place, Results, draw, npy_f64, succeeded};
+use crate::common::{Place, Results, array, draw, npy_f64, succeeded};
 
 /// One of three bars is covered in part; a mask that says so gives the average of the whole bars.
 #[test]
@@ -11,12 +11,7 @@ fn what_was_not_seen_is_not_missed() {
         let bar = ["bar", "--angle", angle, "--grid", "65"];
         draw(&place, &format!("{k}.npy"), &bar);
     }
-    let whole = std::fs::read(place.path("0.npy")).unwrap();
-    let header = whole.len() - 8 * 65 * 65;
-    let mut values: Vec<f64> = whole[header..]
-        .chunks_exact(8)
-        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
-        .collect();
+    let (_, mut values) = array(&place.path("0.npy"));
     let mut view = vec![1.0; values.len()];
     for (index, (value, seen)) in values.iter_mut().zip(&mut view).enumerate() {
         if index % 65 >= 42 {
