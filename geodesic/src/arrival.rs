@@ -58,6 +58,17 @@ impl Arrival {
         doubts.into_iter().flatten().collect()
     }
 
+    /// The worse of those at both ends of a path.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self {
+            percentile_95: self.percentile_95.max(other.percentile_95),
+            missing: self.missing.max(other.missing),
+            surplus: self.surplus.max(other.surplus),
+            slits: self.slits + other.slits,
+            films: self.films + other.films,
+        }
+    }
+
     /// Compares the carried boundary with that of the other end.
     pub(crate) fn new<const D: usize>(
         carried: &Contour<D>,

@@ -1,7 +1,6 @@
 //! Where and when a path merges or splits parts.
 
 use crate::arrival::{Pressed, WIDTH};
-use crate::lagrangian::Domain;
 use levelset::{Contour, Facing, Layer, LevelsetError, facing};
 use serde::Serialize;
 use std::collections::HashMap;
@@ -40,11 +39,11 @@ const LEAST_SIZE: f64 = 4.0;
 /// Collects the pieces of the carried boundary that belong to slits or films into contacts.
 ///
 /// `pressed` has for each segment or triangle what it faces at the other end, if it belongs to a slit
-/// or film; `carried` has the boundary in all shapes, from the one of the domain on.
+/// or film; `carried` has the boundary in all shapes up to that end, which is that of the path or its start.
 pub(crate) fn contacts<const D: usize>(
     pressed: &[Option<Pressed>],
     carried: &[Contour<D>],
-    domain: Domain,
+    at_end: bool,
     spacing: f64,
 ) -> Result<Vec<Contact>, LevelsetError> {
     let Some(last) = carried.last() else {
@@ -80,12 +79,13 @@ pub(crate) fn contacts<const D: usize>(
             weighted.sum::<f64>() / total
         };
         // In reverse, what was pressed together opens.
-        let merges = (layer == Layer::Slit) == (domain == Domain::Start);
+        let merges = (layer == Layer::Slit) == at_end;
         found.push(Contact {
             change: if merges { Change::Merge } else { Change::Split },
-            step: match domain {
-                Domain::Start => shape,
-                Domain::End => carried.len() - 1 - shape,
+            step: if at_end {
+                shape
+            } else {
+                carried.len() - 1 - shape
             },
             centre: (0..D).map(middle).collect(),
             size,

@@ -52,6 +52,9 @@ pub enum GeodesicError {
         "parts of both shapes may be hidden anywhere, so that nothing is known about one from the other"
     )]
     BothHidden,
+    /// There is no shape between both on whose domain a path could be computed.
+    #[error("there is no shape between both: they lie apart, or a part of one is hidden")]
+    Middle,
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

@@ -1,8 +1,9 @@
 //! The length and dissipation of a given path: a sequence of shapes.
 
+use crate::between::geodesic_between;
 use crate::error::GeodesicError;
 use crate::params::GeodesicParams;
-use crate::result::{Geodesic, geodesic_between};
+use crate::result::Geodesic;
 use crate::shape::Shape;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, compiled_once};

@@ -3,7 +3,7 @@
 use crate::descent::minimiser;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
-use crate::params::GeodesicParams;
+use crate::params::{Form, GeodesicParams};
 use fe_grid::minimise::{
     Control, Info, Iteration, LevelProblem, Memory, Objective, Observer, Status, minimise_levels,
 };
@@ -17,6 +17,8 @@ pub struct LevelReport {
     pub nodes: Vec<usize>,
     /// Number of steps of the path.
     pub steps: usize,
+    /// Representation of the path: a path on the domain of a shape between both starts from one of level sets.
+    pub form: Form,
     /// Weight of one mismatch.
     pub mismatch_weight: f64,
     /// Whether points were attracted to the targets of a transport, and what is stated as the mismatch is that
@@ -182,6 +184,7 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
         self.reports.push(LevelReport {
             nodes: grid.nodes_per_axis().to_vec(),
             steps,
+            form: self.params.form,
             mismatch_weight: self
                 .params_on(&self.levels[level])
                 .resolved_mismatch_weight(),
@@ -194,10 +197,10 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
 }
 
 /// An observer of one of several sequences, with the numbers of all their levels.
-struct Numbered<'a> {
-    first: usize,
-    n_levels: usize,
-    observer: &'a mut dyn Observer,
+pub(crate) struct Numbered<'a> {
+    pub first: usize,
+    pub n_levels: usize,
+    pub observer: &'a mut dyn Observer,
 }
 
 impl Observer for Numbered<'_> {

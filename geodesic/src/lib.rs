@@ -23,7 +23,9 @@
 //!   The topology is that of the start shape. On coarse grids paths are minimised from the identity,
 //!   from a rotation of the shape where that makes it overlap much more with the other one, and
 //!   from the optimal transport of one shape's volume to the other's, which finds the parts that correspond
-//!   where they lie apart; if none of these paths reaches its end, from a viscous flow, too.
+//!   where they lie apart; if none of these paths reaches its end, from a viscous flow, too. A path that does not
+//!   reach its end on all grids, or tears and joins parts that the shapes have in common, is also computed as deformations
+//!   of a shape between both, on which notches that open on the way are half open.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
 //!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
 //!   changes the topology if necessary. Motions of the inner shapes that preserve their mismatches
@@ -81,6 +83,7 @@
 
 mod area;
 mod arrival;
+mod between;
 pub mod boundary_metric;
 pub mod calculus;
 mod cells;
@@ -118,6 +121,7 @@ pub use levelset;
 
 pub use area::BoundaryArea;
 pub use arrival::Arrival;
+pub use between::{geodesic, geodesic_between, geodesic_from, geodesics_both_ways};
 pub use cells::ObjectWeights;
 pub use contact::{Change, Contact};
 pub use deformation::{StepDeformation, StepKinematics};
@@ -135,9 +139,7 @@ pub use mismatch::{
 };
 pub use overlap::WholeOverlap;
 pub use params::{DomainChoice, Form, GeodesicParams};
-pub use result::{
-    Geodesic, certificate_inside, geodesic, geodesic_between, geodesic_from, geodesics_both_ways,
-};
+pub use result::{Geodesic, Middle, certificate_inside};
 pub use shape::{Known, Shape};
 pub use stable::{StablePath, stable_path};
 pub use transport::transport_cost;

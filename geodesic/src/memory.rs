@@ -1,7 +1,7 @@
 //! Estimate of the memory of a path, available before it is computed.
 
 use crate::descent::HISTORY;
-use crate::params::{Form, GeodesicParams};
+use crate::params::{DomainChoice, Form, GeodesicParams};
 use fe_grid::Grid;
 use fe_grid::minimise::LeastEigenvalueParams;
 use hyperelastic::CycleMemory;
@@ -32,14 +32,21 @@ pub fn memory_estimate<const D: usize>(
     let shapes = 2 * components;
     let path = match params.form {
         Form::Lagrangian => {
-            // The path with the identity in front, its gradient, and the increments of the metric.
-            let fields = (vectors + 3) * steps * d + 2 * d;
+            // The path with the identity in front, its gradient, and the increments of the metric. On the domain of a
+            // shape between both the first deformation is unknown, too.
+            let between = matches!(params.domain, DomainChoice::Better | DomainChoice::Middle);
+            let unknown = steps + u64::from(between);
+            let fields = (vectors + 3) * unknown * d + 2 * d;
             // Of each component both level sets, a copy of the start's and, at the points of the end
             // domain, the end and what is covered; the preimages of these points.
             let points = 1 << D;
             let matched = components * (3 + 2 * points) + 1 + points / 2;
-            let cycles = steps.min(2) * cycle.matrices + cycle.work_space;
-            (fields + matched) * field(grid) + cycles
+            let (matched, cycles) = if between {
+                (2 * matched, steps.min(2) + 1)
+            } else {
+                (matched, steps.min(2))
+            };
+            (fields + matched) * field(grid) + cycles * cycle.matrices + cycle.work_space
         }
         Form::LevelSets => {
             let state = steps * (d + components);

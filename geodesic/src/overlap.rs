@@ -40,6 +40,18 @@ impl End {
         overlap.is_none() && boundary.is_none()
     }
 
+    /// The worse of two ends.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            dice: self.dice.min(other.dice),
+            gap: self.gap.max(other.gap),
+            arrival: match (self.arrival, other.arrival) {
+                (Some(own), Some(other)) => Some(own.and(other)),
+                _ => None,
+            },
+        }
+    }
+
     /// Returns whether the path ends so close to the end shape that its length is of use.
     pub fn near(&self) -> bool {
         let overlap = Doubt::below(Cause::PathEnd, self.dice, NEAR_DICE);
@@ -98,6 +110,24 @@ struct Common {
 }
 
 impl Overlaps {
+    /// The worse of those at both ends of a path of a shape between them.
+    pub fn and(mut self, other: &Self) -> Self {
+        let least = |own: &mut [f64], other: &[f64]| {
+            for (own, other) in own.iter_mut().zip(other) {
+                *own = own.min(*other);
+            }
+        };
+        least(&mut self.forwards, &other.forwards);
+        least(&mut self.backwards, &other.backwards);
+        let both = self.end().and(other.end());
+        Self {
+            gap: both.gap,
+            arrival: both.arrival,
+            whole: None,
+            ..self
+        }
+    }
+
     /// Returns the figures by which the end of the path is judged.
     pub fn end(&self) -> End {
         End {

@@ -22,14 +22,19 @@ pub enum Form {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum DomainChoice {
-    /// The one on which the path reaches the other end on coarse grids, or else has less energy; if a
-    /// part of one shape is hidden, the other.
+    /// The better end, as for `ends`. Where that path does not arrive, or tears and joins parts that both ends have, also
+    /// a shape between both.
     #[default]
     Better,
+    /// The end on which the path reaches the other end on coarse grids, or else has less energy; if a
+    /// part of one shape is hidden, the other.
+    Ends,
     /// The start shape.
     Start,
     /// The end shape.
     End,
+    /// A shape between both, all of whose deformations are unknown.
+    Middle,
 }
 
 /// Parameters of a geodesic, dimensionless: the box has side one.

@@ -5,22 +5,17 @@ use crate::cells::object_cells;
 use crate::contact::{Contact, contacts};
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
-use crate::lagrangian::{
-    Domain, Eulerian, LagrangianPath, eulerian, lagrangian_path, lagrangian_path_back,
-    lagrangian_path_from,
-};
-use crate::level_sets::{PathState, first_paths, level_set_path};
+use crate::lagrangian::{Domain, Eulerian, LagrangianPath, eulerian};
+use crate::level_sets::{LevelSetPath, PathState};
 use crate::levels::LevelReport;
 use crate::overlap::{
     End, Overlaps, WholeOverlap, carried_overlaps, largest_share_outside, overlaps, worst,
 };
-use crate::params::{DomainChoice, Form, GeodesicParams};
-use crate::shape::{Shape, check_known, union_of};
-use fe_grid::compiled_once;
-use fe_grid::minimise::{Observer, Status};
+use crate::shape::{Shape, union_of};
+use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
 use levelset::topology::Topology;
-use levelset::{BoxEdge, RigidMotion, contour, signed_distance};
+use levelset::{BoxEdge, Contour, RigidMotion, contour, signed_distance};
 use serde::Serialize;
 
 /// A discrete geodesic: shapes and the deformations between them.
@@ -48,6 +43,9 @@ pub struct Geodesic<const D: usize> {
     /// of the end domain was computed as.
     #[serde(skip)]
     pub backward_motions: Vec<Field<f64, D, D>>,
+    /// What a path of the domain of a shape between both was computed as.
+    #[serde(skip)]
+    pub middle: Option<Middle<D>>,
     /// Terms of the energy.
     #[serde(flatten)]
     pub energy: PathEnergy,
@@ -105,6 +103,15 @@ pub struct Geodesic<const D: usize> {
     pub status: Status,
 }
 
+/// A path as deformations of a shape between both of its ends.
+#[derive(Clone, Debug)]
+pub struct Middle<const D: usize> {
+    /// The shape.
+    pub shape: Shape<D>,
+    /// Displacements of its deformations into all shapes of the path, from the start on.
+    pub motions: Vec<Field<f64, D, D>>,
+}
+
 impl<const D: usize> Geodesic<D> {
     /// Returns whether the path arrives at the end shape: at a Dice overlap of 0.98 or a mean distance
     /// of the boundaries of a quarter of a spacing, and with 95 % of them within half a spacing, slits
@@ -121,10 +128,11 @@ impl<const D: usize> Geodesic<D> {
     }
 
     /// Returns the displacements of the deformations of the domain's shape into every other, from there to the
-    /// other end.
+    /// other end; of a shape between both into all.
     pub(crate) fn own_motions(&self) -> &[Field<f64, D, D>] {
-        match self.domain {
-            Some(Domain::End) => &self.backward_motions,
+        match (self.domain, &self.middle) {
+            (Some(Domain::End), _) => &self.backward_motions,
+            (Some(Domain::Middle), Some(middle)) => &middle.motions,
             _ => &self.motions,
         }
     }
@@ -154,239 +162,28 @@ impl<const D: usize> Geodesic<D> {
     }
 }
 
-/// Computes the geodesic between two shapes given by their signed distances (positive inside) on
-/// one grid.
-///
-/// The observer is notified of every level and iteration and may cancel; the result is then the
-/// state reached so far.
-///
-/// # Errors
-/// [`GeodesicError`] for parameters out of range, shapes on different grids or without inside or
-/// outside. Failure to converge is not an error; it is reported in the status.
-pub fn geodesic<const D: usize>(
-    start: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<Geodesic<D>, GeodesicError> {
-    geodesic_between(
-        &Shape::new(start.clone()),
-        &Shape::new(end.clone()),
-        params,
-        observer,
-    )
-}
-
-compiled_once! {
-    /// Computes the geodesic between two shapes of one or several components, which may be
-    /// partially hidden.
-    ///
-    /// Components are matched in their order. With the notes' model of a hidden part, a path of
-    /// level sets restores it: the first step is matched with the visible part of the shape, and
-    /// the shape after it is complete. A path of deformations of the other shape restores it, too; one
-    /// of the shape that is hidden in part lacks that part at all times ([`Geodesic::whole_end`]).
-    ///
-    /// # Errors
-    /// As for [`geodesic`], for shapes with different numbers of components, and
-    /// [`GeodesicError::BothHidden`] where no difference of the shapes counts.
-    pub fn geodesic_between<'a, D>(
-        start: &'a Shape<D>,
-        end: &'a Shape<D>,
-        params: &'a GeodesicParams,
-        observer: &'a mut dyn Observer,
-    ) -> Result<Geodesic<D>, GeodesicError> = geodesic_between_in;
-}
-
-compiled_once! {
-    /// Computes a geodesic of one domain, the start shape's, from given deformations of it, such as a rotation
-    /// in `K` steps: displacements of `psi_1, ..., psi_K` on one of the grids of the hierarchy. It is the
-    /// minimal path in whose valley these lie, which may be another one than that of
-    /// [`geodesic_between()`].
-    ///
-    /// # Errors
-    /// As for [`geodesic_between()`]; [`GeodesicError::Given`] for deformations that do not fit.
-    pub fn geodesic_from<'a, D>(
-        start: &'a Shape<D>,
-        end: &'a Shape<D>,
-        first: &'a [Field<f64, D, D>],
-        params: &'a GeodesicParams,
-        observer: &'a mut dyn Observer,
-    ) -> Result<Geodesic<D>, GeodesicError> = geodesic_from_in;
-}
-
-fn geodesic_from_in<const D: usize>(
+/// The result of a path of level sets.
+pub(crate) fn of_level_sets<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
-    first: &[Field<f64, D, D>],
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
+    path: LevelSetPath<D>,
 ) -> Result<Geodesic<D>, GeodesicError> {
-    check_both(start, end, params)?;
-    let path = lagrangian_path_from(start, end, first, params, observer)?;
-    Ok(with_deformations(of_domain(start, end, &path)?, path))
-}
-
-compiled_once! {
-    /// Computes the geodesics between two shapes in both directions: from the start to the end, and
-    /// from there to the start.
-    ///
-    /// Both are the same in the limit of small steps. The second one is minimised from the first if
-    /// that reaches its end, and otherwise by itself; if only the second one does, the first is
-    /// minimised from that. The lengths then differ by the discretisation in time, and not because
-    /// of different local minima. Paths of level sets, and those of a prescribed domain, are
-    /// computed independently.
-    ///
-    /// # Errors
-    /// As for [`geodesic_between`].
-    pub fn geodesics_both_ways<'a, D>(
-        start: &'a Shape<D>,
-        end: &'a Shape<D>,
-        params: &'a GeodesicParams,
-        observer: &'a mut dyn Observer,
-    ) -> Result<[Geodesic<D>; 2], GeodesicError> = geodesics_both_ways_in;
-}
-
-fn geodesics_both_ways_in<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<[Geodesic<D>; 2], GeodesicError> {
-    check_both(start, end, params)?;
-    // In an order of their own, so that the lengths do not depend on which shape is the start.
-    if precedes(end, start) {
-        let [back, forth] = geodesics_in_order(end, start, params, observer)?;
-        return Ok([forth, back]);
-    }
-    geodesics_in_order(start, end, params, observer)
-}
-
-/// Whether a shape comes before another one: the first value of their signed distances that differs is smaller.
-fn precedes<const D: usize>(a: &Shape<D>, b: &Shape<D>) -> bool {
-    let values = |shape: &Shape<D>| {
-        let components = shape.components().iter();
-        components
-            .flat_map(|u| u.as_slice().to_vec())
-            .collect::<Vec<_>>()
+    let PathState {
+        shapes,
+        displacements,
+    } = path.state;
+    let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
+    let pairs = level_sets.iter().zip(&displacements);
+    let certificate = Certificate::worst(pairs.map(|(u, phi)| certificate_inside(u, phi)));
+    let overlaps = overlaps(start, end, &displacements, *level_sets[0].grid())?;
+    let found = Found {
+        shapes,
+        displacements,
+        certificate,
+        overlaps,
+        levels: path.levels,
     };
-    values(a) < values(b)
-}
-
-fn geodesics_in_order<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<[Geodesic<D>; 2], GeodesicError> {
-    if params.form != Form::Lagrangian || params.domain != DomainChoice::Better {
-        return Ok([
-            geodesic_between(start, end, params, observer)?,
-            geodesic_between(end, start, params, observer)?,
-        ]);
-    }
-    let (path, mut forth) = shortest_path(start, end, params, observer)?;
-    if forth.end_near()
-        && let Some(path) = lagrangian_path_back(start, end, &path, params, observer)?
-    {
-        let back = of_domain(end, start, &path)?;
-        if back.end_near() {
-            return Ok([forth, back]);
-        }
-    }
-    let (path, back) = shortest_path(end, start, params, observer)?;
-    if back.end_near()
-        && !forth.end_near()
-        && let Some(path) = lagrangian_path_back(end, start, &path, params, observer)?
-    {
-        let again = of_domain(start, end, &path)?;
-        if again.end_near() {
-            forth = again;
-        }
-    }
-    Ok([forth, back])
-}
-
-fn geodesic_between_in<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<Geodesic<D>, GeodesicError> {
-    check_both(start, end, params)?;
-    match params.form {
-        Form::Lagrangian => {
-            let (path, found) = shortest_path(start, end, params, observer)?;
-            Ok(with_deformations(found, path))
-        }
-        Form::LevelSets => {
-            let paths = first_paths(start, end, params, observer)?;
-            let path = level_set_path(&paths, start, end, params, observer)?;
-            let PathState {
-                shapes,
-                displacements,
-            } = path.state;
-            let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
-            let pairs = level_sets.iter().zip(&displacements);
-            let certificate = Certificate::worst(pairs.map(|(u, phi)| certificate_inside(u, phi)));
-            let overlaps = overlaps(start, end, &displacements, *level_sets[0].grid())?;
-            let found = Found {
-                shapes,
-                displacements,
-                certificate,
-                overlaps,
-                levels: path.levels,
-            };
-            Ok(found.finish())
-        }
-    }
-}
-
-/// Computes a path of deformations on the better of both domains.
-///
-/// Which is better is seen on coarse grids, where thin parts that lie side by side are one. A path that does not
-/// arrive is therefore computed on the other domain, too, on all grids.
-///
-/// # Errors
-/// As for [`lagrangian_path`].
-fn shortest_path<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<(LagrangianPath<D>, Geodesic<D>), GeodesicError> {
-    let mut path = lagrangian_path(start, end, params, observer)?;
-    let mut found = of_domain(start, end, &path)?;
-    let is_free = params.domain == DomainChoice::Better
-        && params.law.law.inverted().is_some()
-        && !start.hidden()
-        && !end.hidden();
-    if !is_free || found.status == Status::Cancelled || found.end_reached() {
-        return Ok((path, found));
-    }
-    let on_other = GeodesicParams {
-        domain: match path.domain {
-            Domain::Start => DomainChoice::End,
-            Domain::End => DomainChoice::Start,
-        },
-        ..params.clone()
-    };
-    let other = lagrangian_path(start, end, &on_other, observer)?;
-    let second = of_domain(start, end, &other)?;
-    // In the order in which they were computed.
-    let levels = [&*found.levels, &second.levels].concat();
-    if second.status != Status::Cancelled && rank(&second) > rank(&found) {
-        path = other;
-        found = second;
-    } else {
-        found.discarded_levels = second.levels.len();
-    }
-    found.levels = levels;
-    Ok((path, found))
-}
-
-/// What paths are chosen by: whether they arrive, and then their length.
-fn rank<const D: usize>(found: &Geodesic<D>) -> (bool, bool, f64) {
-    (found.end_reached(), found.end_near(), -found.length())
+    Ok(found.finish())
 }
 
 /// The result of a path of one domain.
@@ -402,8 +199,17 @@ pub(crate) fn of_domain<const D: usize>(
     } = eulerian(start.components(), end.components(), path)?;
     let [from, to] = path.domain.order(start, end);
     let across = &path.displacements[path.displacements.len() - 1];
-    let overlaps = carried_overlaps(from, to, across)?;
-    let own = from.union().on_grid(across.grid());
+    let (overlaps, own) = match &path.middle {
+        Some(middle) => {
+            let at_start = carried_overlaps(middle, start, &path.displacements[0])?;
+            (
+                carried_overlaps(middle, end, across)?.and(&at_start),
+                middle,
+            )
+        }
+        None => (carried_overlaps(from, to, across)?, from),
+    };
+    let own = own.union().on_grid(across.grid());
     let certificate = Certificate::worst(
         path.displacements
             .iter()
@@ -418,25 +224,31 @@ pub(crate) fn of_domain<const D: usize>(
     };
     let mut found = found.finish();
     found.outside = largest_share_outside(&own, &path.displacements)?;
-    let motion = RigidMotion::nearest_to_deformation(&own, across);
+    let motion = match path.middle {
+        Some(_) => {
+            RigidMotion::nearest_to_deformation(&found.level_sets[0], &motions[motions.len() - 1])
+        }
+        None => RigidMotion::nearest_to_deformation(&own, across),
+    };
     found.rotation_degrees = motion.map(|motion| motion.angle().to_degrees());
     if path.domain == Domain::End {
         found.energy.step_energies.reverse();
     }
     if found.arrival.is_some() {
-        let (own, other) = (from.union(), to.union());
-        found.contacts = contacts_of(&own, &other, path)?;
+        let ends = [start.union(), end.union()].map(|u| u.on_grid(across.grid()));
+        found.contacts = contacts_of(&own, &ends, path)?;
+        // Shapes are carried to the ends that are not their domain.
+        let (first, last) = (found.level_sets.first(), found.level_sets.last());
         let carried = match path.domain {
-            Domain::Start => found.level_sets.last(),
-            Domain::End => found.level_sets.first(),
+            Domain::Start => [None, last],
+            Domain::End => [first, None],
+            Domain::Middle => [first, last],
         };
-        let changes = carried.map_or(0, |carried| {
-            topology_changes(carried, &other.on_grid(carried.grid()))
-        });
-        found.other_topology = changes.saturating_sub(found.contacts.len());
+        let pairs = carried.into_iter().zip(&ends);
+        let changes = pairs.map(|(carried, end)| carried.map_or(0, |u| topology_changes(u, end)));
+        found.other_topology = changes.sum::<usize>().saturating_sub(found.contacts.len());
         if !found.contacts.is_empty() {
-            let grid = across.grid();
-            let needed = topology_changes(&own.on_grid(grid), &other.on_grid(grid));
+            let needed = topology_changes(&ends[0], &ends[1]);
             found.needless_contacts = found.contacts.len().saturating_sub(needed);
         }
     }
@@ -450,12 +262,18 @@ pub(crate) fn with_deformations<const D: usize>(
     found: Geodesic<D>,
     path: LagrangianPath<D>,
 ) -> Geodesic<D> {
-    let backward_motions = match path.domain {
-        Domain::Start => Vec::new(),
-        Domain::End => path.displacements,
-    };
+    let (mut backward_motions, mut middle) = (Vec::new(), None);
+    match (path.domain, path.middle) {
+        (Domain::Middle, Some(shape)) => {
+            let motions = path.displacements;
+            middle = Some(Middle { shape, motions });
+        }
+        (Domain::End, _) => backward_motions = path.displacements,
+        _ => {}
+    }
     Geodesic {
         backward_motions,
+        middle,
         ..found
     }
 }
@@ -474,22 +292,39 @@ fn topology_changes<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64
     }
 }
 
-/// The changes of topology of a path between the unions of two shapes, first that of its domain.
+/// The changes of topology of a path of the domain of a shape, at the ends that are not that shape; the largest first.
 fn contacts_of<const D: usize>(
-    from: &ScalarField<f64, D>,
-    to: &ScalarField<f64, D>,
+    own: &ScalarField<f64, D>,
+    [start, end]: &[ScalarField<f64, D>; 2],
     path: &LagrangianPath<D>,
 ) -> Result<Vec<Contact>, GeodesicError> {
-    let grid = *path.displacements[0].grid();
-    let outline = |u: &ScalarField<f64, D>| contour(&u.on_grid(&grid), 0.0, BoxEdge::Open);
-    let (own, end) = (outline(from)?, outline(to)?);
-    if own.is_empty() || end.is_empty() {
-        return Ok(Vec::new());
-    }
+    let spacing = own.grid().spacing();
+    let outline = |u: &ScalarField<f64, D>| contour(u, 0.0, BoxEdge::Open);
+    let own = outline(own)?;
     let moved = path.displacements.iter().map(|psi| own.displaced(psi, 1.0));
-    let carried: Vec<_> = std::iter::once(own.clone()).chain(moved).collect();
-    let pressed = pressed(&carried[carried.len() - 1], &end, grid.spacing())?;
-    Ok(contacts(&pressed, &carried, path.domain, grid.spacing())?)
+    let mut carried: Vec<_> = match path.domain {
+        Domain::Middle => moved.collect(),
+        Domain::Start | Domain::End => std::iter::once(own.clone()).chain(moved).collect(),
+    };
+    let at = |carried: &[Contour<D>], other: &ScalarField<f64, D>, at_end: bool| {
+        let other = outline(other)?;
+        if own.is_empty() || other.is_empty() {
+            return Ok(Vec::new());
+        }
+        let pressed = pressed(&carried[carried.len() - 1], &other, spacing)?;
+        Ok::<_, GeodesicError>(contacts(&pressed, carried, at_end, spacing)?)
+    };
+    match path.domain {
+        Domain::Start => at(&carried, end, true),
+        Domain::End => at(&carried, start, false),
+        Domain::Middle => {
+            let mut found = at(&carried, end, true)?;
+            carried.reverse();
+            found.extend(at(&carried, start, false)?);
+            found.sort_by(|a, b| b.size.total_cmp(&a.size));
+            Ok(found)
+        }
+    }
 }
 
 /// Returns the certificate of a deformation inside a shape that is given by a level set, on all cells with a corner in
@@ -507,32 +342,6 @@ pub fn certificate_inside<const D: usize>(
         f64::INFINITY,
         Some(&object),
     )
-}
-
-/// Checks the parameters and the shapes of a path.
-fn check_both<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    params: &GeodesicParams,
-) -> Result<(), GeodesicError> {
-    params.check()?;
-    start.check("start")?;
-    end.check("end")?;
-    if start.grid() != end.grid() {
-        return Err(GeodesicError::GridsDiffer);
-    }
-    let counts = [start.components().len(), end.components().len()];
-    if counts[0] != counts[1] {
-        return Err(GeodesicError::Components {
-            start: counts[0],
-            end: counts[1],
-        });
-    }
-    let mismatches = match params.form {
-        Form::Lagrangian => 1,
-        Form::LevelSets => params.steps,
-    };
-    check_known(start, end, mismatches)
 }
 
 /// A path in either form, with its figures.
@@ -565,6 +374,7 @@ impl<const D: usize> Found<D> {
             motions: Vec::new(),
             domain: None,
             backward_motions: Vec::new(),
+            middle: None,
             certificate: self.certificate,
             dice_end: worst(&forwards),
             gap_end: gap,

@@ -5,8 +5,8 @@ use fe_grid::{Field, Grid, ScalarField};
 use geodesic::boundary_metric::{self, MetricParams, Variation};
 use geodesic::calculus::{self, CalculusParams, Ladder, exponential, transport};
 use geodesic::{
-    Form, GeodesicParams, Shape, geodesic_between, memory_estimate, memory_estimate_of_stability,
-    stable_path,
+    DomainChoice, Form, GeodesicParams, Shape, geodesic_between, memory_estimate,
+    memory_estimate_of_stability, stable_path,
 };
 use peak_alloc::PeakAlloc;
 use test_support::{in_own_process, on_threads};
@@ -54,9 +54,18 @@ fn check<const D: usize>(nodes: usize, n_components: usize, params: &GeodesicPar
 fn short(form: Form, steps: usize) -> GeodesicParams {
     GeodesicParams {
         form,
+        domain: DomainChoice::Ends,
         steps,
         max_iterations: Some(12),
         ..GeodesicParams::default()
+    }
+}
+
+/// On the domain of a shape between both.
+fn between(steps: usize) -> GeodesicParams {
+    GeodesicParams {
+        domain: DomainChoice::Middle,
+        ..short(Form::Lagrangian, steps)
     }
 }
 
@@ -68,6 +77,7 @@ fn estimates_are_what_is_used() {
         }
         check::<2>(65, 3, &short(Form::Lagrangian, 3));
         check::<2>(65, 2, &short(Form::LevelSets, 3));
+        check::<2>(65, 1, &between(4));
     });
 }
 
@@ -75,6 +85,7 @@ fn estimates_are_what_is_used() {
 fn estimates_in_space_are_what_is_used() {
     in_own_process("estimates_in_space_are_what_is_used", || {
         check::<3>(33, 1, &short(Form::Lagrangian, 2));
+        check::<3>(33, 1, &between(2));
     });
 }
 

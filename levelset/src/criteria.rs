@@ -317,7 +317,8 @@ const CRITERIA: [Criterion; 42] = [
         reason: "A path that presses parts together and separates others, though both ends have the same parts and \
                  holes, is a local minimum as a rule: fingers side by side that take each other's place, where \
                  each could bend. Such paths were up to 2.4 times as long as the shortest one that was found.",
-        remedy: "use --starts 3, a finer --grid, or shapes of which the same parts lie nearer to each other",
+        remedy: "use --domain better where only the ends were tried, --starts 3, a finer --grid, or shapes of which the same \
+                 parts lie nearer to each other",
     },
     Criterion {
         cause: Cause::HiddenPart,

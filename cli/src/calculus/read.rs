@@ -103,7 +103,7 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
         return Err(unfit(directory, "its shapes lie on different grids".into()));
     }
     let before_end = match record.body.domain {
-        Domain::Start => None,
+        Domain::Start | Domain::Middle => None,
         Domain::End => Some(fields.displacement(&grid, "backward", 1)?),
     };
     let names = [start, end].map(|input| input.name.clone());

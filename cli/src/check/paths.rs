@@ -109,18 +109,34 @@ fn of_motions<const D: usize>(
     let start: ScalarField<f64, D> = fields.numbered_scalar("shape", 0)?;
     let grid = *start.grid();
     let end = shape(fields, &grid, params.steps)?;
-    let [own, other] = domain.order(start, end);
-    let (kind, params) = match domain {
-        Domain::Start => ("psi", params.clone()),
-        Domain::End => ("backward", params.inverted()),
+    let (kind, first, params) = match domain {
+        Domain::Start => ("psi", 1, params.clone()),
+        Domain::End => ("backward", 1, params.inverted()),
+        Domain::Middle => ("middle", 0, params.clone()),
+    };
+    let (mut objective, own) = match domain {
+        Domain::Middle => {
+            let name = Path::new("middle_shape.npy");
+            let own: ScalarField<f64, D> = fields.scalar(name)?;
+            if *own.grid() != grid {
+                return Err(fields.wrong_size(name));
+            }
+            let ends = [start, end];
+            let objective = PathObjective::of_middle(own.clone(), ends, params.steps, &params)?;
+            (objective, own)
+        }
+        Domain::Start | Domain::End => {
+            let [own, other] = domain.order(start, end);
+            let objective = PathObjective::new(own.clone(), other, params.steps, &params)?;
+            (objective, own)
+        }
     };
     let (mut motions, mut least) = (Vec::new(), f64::INFINITY);
-    for k in 1..=params.steps {
+    for k in first..=params.steps {
         let motion = fields.displacement(&grid, kind, k)?;
         least = least.min(certificate_inside(&own, &motion).min_det);
         motions.extend_from_slice(motion.as_slice());
     }
-    let mut objective = PathObjective::new(own, other, params.steps, &params)?;
     let value = objective.evaluate(&motions, &mut [])?;
     let mut energy = objective.energy().clone();
     if domain == Domain::End {

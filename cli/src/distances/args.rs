@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ::geodesic::distances::Linkage;
-use ::geodesic::{Form, GeodesicParams};
+use ::geodesic::{DomainChoice, Form, GeodesicParams};
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
@@ -133,6 +133,8 @@ impl Default for DistancesConfig {
             classes: None,
             params: GeodesicParams {
                 steps: 4,
+                // A shape between both takes as long as both ends together, for lengths that are a few percent less.
+                domain: DomainChoice::Ends,
                 ..GeodesicParams::default()
             },
         }

@@ -38,6 +38,10 @@ pub(super) fn write_all<const D: usize>(
     let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     directory.deformations("backward", 1, &outcome.result.backward_motions)?;
+    if let Some(middle) = &outcome.result.middle {
+        directory.array("middle_shape.npy", &middle.shape.union())?;
+        directory.deformations("middle", 0, &middle.motions)?;
+    }
     for (k, components) in outcome.result.components.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
             directory.array(format!("shape_{k:03}_component_{i}.npy"), level_set)?;

@@ -501,3 +501,42 @@ fn a_shape_that_is_hidden_in_part_is_restored() {
         "{report}"
     );
 }
+
+#[test]
+fn a_path_of_a_shape_between_is_checked_and_continued() {
+    let place = Place::new();
+    for (name, radius) in [("a.npy", "0.2"), ("b.npy", "0.26")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "33"]);
+    }
+    let ends = ["a.npy".to_owned(), "b.npy".to_owned()];
+    let options = ["--grid", "33", "-K", "2", "--domain", "middle"];
+    let results = connected(&place, &ends, &options, "path");
+    assert_eq!(results.json["domain"], "middle");
+    assert_eq!(results.numbers("/step_energies").len(), 2);
+    for file in [
+        "middle_shape.npy",
+        "middle_000.npy",
+        "middle_002.npy",
+        "psi_002.npy",
+    ] {
+        assert!(results.path(file).is_file(), "no {file}");
+    }
+    let forms: Vec<_> = results.json["levels"].as_array().unwrap().iter().collect();
+    assert_eq!(forms[0]["form"], "level_sets");
+    assert_eq!(forms[forms.len() - 1]["form"], "lagrangian");
+    let report = place.run(&["check", "path"]);
+    succeeded(&report);
+    let text = String::from_utf8_lossy(&report.stdout);
+    assert!(
+        text.contains("energy of step 2") && !text.contains("WRONG"),
+        "{text}"
+    );
+    succeeded(&place.compute(&["extend", "path", "-K", "1", "-o", "further"]));
+    // A disk that grows goes on to grow.
+    let further = Results::read(&place.path("further"));
+    let sizes = further.numbers("/volumes");
+    assert!(
+        sizes[sizes.len() - 1] > 1.05 * sizes[sizes.len() - 2],
+        "{sizes:?}"
+    );
+}

@@ -3,6 +3,7 @@
 use super::solve::{Domain, LagrangianPath};
 use crate::error::GeodesicError;
 use crate::extension::{change_between, through_inverse};
+use crate::shape::Shape;
 use fe_grid::{Field, Grid, ScalarField, parallel};
 use levelset::{BoxEdge, ContourDistance, contour};
 
@@ -18,19 +19,27 @@ pub(crate) struct Eulerian<const D: usize> {
 }
 
 /// Computes the Eulerian description of a path between two shapes. `psi_k` is known where the path
-/// is given on the start domain; with `chi_j` on the end domain, `psi_k = chi_{K-k} o chi_K^{-1}`.
+/// is given on the start domain; with `chi_j` on the end domain, `psi_k = chi_{K-k} o chi_K^{-1}`; and with deformations
+/// `theta_k` of a shape between both, `psi_k = theta_k o theta_0^{-1}`.
 pub(crate) fn eulerian<const D: usize>(
     start: &[ScalarField<f64, D>],
     end: &[ScalarField<f64, D>],
     path: &LagrangianPath<D>,
 ) -> Result<Eulerian<D>, GeodesicError> {
-    let [own, _] = path.domain.order(start, end);
+    let [from, _] = path.domain.order(start, end);
+    let own = path.middle.as_ref().map_or(from, Shape::components);
     // A cancelled path ends on a coarser grid than that of the shapes.
     let first = path.displacements.first();
     let grid = first.map_or(*own[0].grid(), |u| *u.grid());
     let mut shapes = carried(own, &path.displacements, grid)?;
-    // All deformations of the domain's shape, with the identity.
-    let mut all = vec![Field::zeros(grid)];
+    // All deformations of the domain's shape, with the identity where that is one of them.
+    let mut all = match path.domain {
+        Domain::Middle => {
+            shapes.remove(0);
+            Vec::new()
+        }
+        Domain::Start | Domain::End => vec![Field::zeros(grid)],
+    };
     all.extend(path.displacements.iter().cloned());
     if path.domain == Domain::End {
         shapes.reverse();
@@ -45,7 +54,7 @@ pub(crate) fn eulerian<const D: usize>(
             let first = path.displacements[..1].iter().cloned();
             (first.chain(later).collect(), path.displacements.clone())
         }
-        Domain::End => {
+        Domain::End | Domain::Middle => {
             let displacements = parallel::map(0..steps, &to_next);
             let later = parallel::map(1..steps, &from_start);
             let motions = displacements[..1].iter().cloned().chain(later).collect();

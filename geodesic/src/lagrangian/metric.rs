@@ -17,6 +17,15 @@
 //! where each inverse is one multigrid cycle on a corotational form. The result is symmetric and
 //! positive definite for any two such cycles. The first form is taken at the end of the path, where
 //! the mismatch is, and the second behind its middle.
+//!
+//! On the domain of a shape between both ends, which are both matched, a motion `p` of the whole path is added:
+//! with `psi_0 = p - s/2`, `psi_K = p + s/2` and the same `M` at both ends, `s` and `p` decouple,
+//!
+//! ```text
+//! H = (A + eta M / 2) s^2 + 2 eta M p^2,
+//! ```
+//!
+//! and since nothing holds `p` away from the boundary, and a motion there changes nothing, `A` is added with a large factor.
 
 use crate::metric::{ElasticForm, corotational};
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
@@ -27,8 +36,13 @@ use hyperelastic::CorotationalMultigrid;
 pub(crate) struct PathMetric<const D: usize> {
     common: CorotationalMultigrid<D>,
     differences: Option<CorotationalMultigrid<D>>,
+    /// That of a motion of the whole path, where both ends are matched.
+    whole: Option<CorotationalMultigrid<D>>,
     steps: usize,
 }
+
+/// Factor of the elastic form of a motion of the whole path: with .05, 500 iterations are not enough where 250 are with 10.
+const WHOLE: f64 = 10.0;
 
 impl<const D: usize> PathMetric<D> {
     /// Computes the metric of the object `{start > 0}` at the displacements of a path.
@@ -56,12 +70,70 @@ impl<const D: usize> PathMetric<D> {
             differences: (steps > 1)
                 .then(|| make(0.0, deformation(steps / 2 + 1)))
                 .transpose()?,
+            whole: None,
+            steps,
+        })
+    }
+
+    /// The metric on the domain of a shape between both ends, of displacements of `psi_0, ..., psi_K`.
+    pub fn between(
+        grid: Grid<D>,
+        form: &ElasticForm<'_, D>,
+        own: &[f64],
+        x: &[f64],
+        steps: usize,
+    ) -> Result<Self, GridError> {
+        let work_space = WorkSpace::default();
+        let dim = x.len() / (steps + 1);
+        let middle = &x[steps / 2 * dim..(steps / 2 + 1) * dim];
+        let make = |mismatch_weight, stiffness| {
+            let form = ElasticForm {
+                mismatch_weight,
+                stiffness: stiffness * form.stiffness,
+                ..*form
+            };
+            let (law, cells) = corotational(&grid, &form, own, middle);
+            let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
+            Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
+        };
+        let mismatch = form.mismatch_weight;
+        Ok(Self {
+            common: make(0.5 * mismatch, 1.0)?,
+            differences: (steps > 1).then(|| make(0.0, 1.0)).transpose()?,
+            whole: Some(make(2.0 * mismatch, WHOLE)?),
             steps,
         })
     }
 
     /// Computes `out = H^-1 gradient`, for the displacements of all deformations.
     pub fn apply_into(&self, gradient: &[f64], out: &mut [f64]) {
+        let Some(whole) = &self.whole else {
+            self.apply_to_steps(gradient, out);
+            return;
+        };
+        // x_k = p - s/2 + d_1 + ... + d_k with the sum s of all increments.
+        let dim = gradient.len() / (self.steps + 1);
+        let mut sum = vec![0.0; dim];
+        for part in gradient.chunks_exact(dim) {
+            vector::axpy(1.0, part, &mut sum);
+        }
+        let mut by_steps = gradient[dim..].to_vec();
+        // The gradient of all increments lacks half of the sum: that of the last deformation is in each of them.
+        let last = by_steps.len() - dim;
+        vector::axpy(-0.5, &sum, &mut by_steps[last..]);
+        self.apply_to_steps(&by_steps, &mut out[dim..]);
+        let mut motion = vec![0.0; dim];
+        whole.apply_into(&sum, &mut motion);
+        let half = out[out.len() - dim..].to_vec();
+        vector::axpy(-0.5, &half, &mut motion);
+        out[..dim].fill(0.0);
+        for part in out.chunks_exact_mut(dim) {
+            vector::axpy(1.0, &motion, part);
+        }
+    }
+
+    /// The same for increments from a first deformation that is held.
+    fn apply_to_steps(&self, gradient: &[f64], out: &mut [f64]) {
         let steps = self.steps;
         let dim = gradient.len() / steps;
         // The gradient with respect to the increments: sums from the end.

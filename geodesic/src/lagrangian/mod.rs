@@ -2,6 +2,7 @@
 
 mod eulerian;
 mod hessian;
+mod matched;
 mod metric;
 mod objective;
 mod search;
@@ -11,8 +12,8 @@ mod starts;
 
 pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;
-pub(crate) use solve::lagrangian_path_on;
 pub use solve::{
     Domain, LagrangianPath, lagrangian_path, lagrangian_path_back, lagrangian_path_from,
 };
+pub(crate) use solve::{lagrangian_path_below, lagrangian_path_on};
 pub(crate) use stability::{OwnPath, stability};

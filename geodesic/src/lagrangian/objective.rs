@@ -1,22 +1,22 @@
 //! The energy of a path of deformations of one start domain.
 
+use super::matched::{Match, attraction_add};
 use super::metric::PathMetric;
 use crate::cells::{ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
-use crate::end_mismatch::EndMismatch;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
 use crate::metric::{CarriedLevel, ComposedLevel, ElasticForm};
-use crate::mismatch::{ComposedMismatch, HeavisideMismatch};
+use crate::mismatch::HeavisideMismatch;
 use crate::params::GeodesicParams;
-use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
+use crate::shape::{ShapeOnGrid, union_of};
 use crate::transport::Targets;
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, ScalarField, certify_within, compiled_once,
-    parallel, repair, shorten_together, vector,
+    Grid, GridError, Restrained, ScalarField, certify_within, compiled_once, parallel, repair,
+    shorten_together, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
@@ -40,21 +40,24 @@ const METRIC_BARRIER: f64 = 4.0;
 /// mismatch is measured at points of the end domain, with a step `H` of finite width. Unknowns are the
 /// displacements of `psi_1, ..., psi_K`, one after the other. If the shapes have several
 /// components, all components are matched, and their union is the matter.
+///
+/// On the domain of a shape between both ends ([`PathObjective::of_middle`]), `psi_0` is unknown, too, and is
+/// matched with the start shape.
 pub struct PathObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
     law: CompiledLaw<D>,
     steps: usize,
-    start: Vec<ScalarField<f64, D>>,
-    end: Vec<ScalarField<f64, D>>,
-    known: KnownEnds<D>,
+    /// The components of the shape of the domain.
+    own: Vec<ScalarField<f64, D>>,
+    /// What the last deformation carries it to, and the first one where that is unknown, too.
+    end: Match<D>,
+    start: Option<Match<D>>,
     /// The level set of the union of the components of the start shape.
     union: ScalarField<f64, D>,
     indicator: Step,
     density: HeavisideMismatch,
     carried_step: Compact,
-    /// The mismatch on the end domain; `None` if it has no share.
-    end_mismatch: Option<EndMismatch<D>>,
     /// The cells that must not fold: those with a part of the object; `None` if these are all
     /// cells.
     solid: Option<Vec<bool>>,
@@ -149,10 +152,8 @@ impl<const D: usize> PathObjective<D> {
         density: HeavisideMismatch,
     ) -> Result<Self, GeodesicError> {
         let union = union_of(&start.components);
-        let known = KnownEnds::new(&start, &end);
         let grid = *union.grid();
         let carried_step = Compact::new(CARRIED_CELLS * grid.spacing())?;
-        let of_end = params.deformed_share > 0.0;
         let solid =
             (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
         Ok(Self {
@@ -160,20 +161,55 @@ impl<const D: usize> PathObjective<D> {
             law: params.law.compile()?,
             params: params.clone(),
             steps,
-            known,
+            end: Match::new(&start, end, carried_step, params.deformed_share),
+            start: None,
             union,
             indicator,
             density,
             carried_step,
-            end_mismatch: of_end.then(|| EndMismatch::new(&start, &end, carried_step)),
             solid,
             energy: PathEnergy::default(),
             metric: None,
             targets: None,
             path: Vec::new(),
             path_gradient: Vec::new(),
-            start: start.components,
-            end: end.components,
+            own: start.components,
+        })
+    }
+
+    /// Creates the energy on the domain of a shape between both ends, which is deformed into all shapes of the path:
+    /// displacements of `K + 1` deformations are unknown.
+    ///
+    /// # Errors
+    /// As for [`PathObjective::new`].
+    pub fn of_middle(
+        own: ScalarField<f64, D>,
+        [start, end]: [ScalarField<f64, D>; 2],
+        steps: usize,
+        params: &GeodesicParams,
+    ) -> Result<Self, GeodesicError> {
+        let [own, start] = single(own, start)?;
+        let [own, end] = match own.components.first() {
+            Some(u) => single(u.clone(), end)?,
+            None => return Err(GeodesicError::Middle),
+        };
+        Self::from_between(own, [start, end], steps, params)
+    }
+
+    /// The energy on the domain of this shape, which lies between both ends, with an unknown deformation into
+    /// the start shape in front of the others.
+    pub(crate) fn from_between(
+        own: ShapeOnGrid<D>,
+        [start, end]: [ShapeOnGrid<D>; 2],
+        steps: usize,
+        params: &GeodesicParams,
+    ) -> Result<Self, GeodesicError> {
+        let of_start = own.clone();
+        let objective = energy_between(own, end, steps, params)?;
+        let (step, share) = (objective.carried_step, params.deformed_share);
+        Ok(Self {
+            start: Some(Match::new(&of_start, start, step, share)),
+            ..objective
         })
     }
 
@@ -243,6 +279,19 @@ impl<const D: usize> PathObjective<D> {
         })
     }
 
+    /// The number of unknown deformations.
+    pub(super) fn unknown(&self) -> usize {
+        self.steps + usize::from(self.start.is_some())
+    }
+
+    /// The entries of the first deformation of the path where it is the identity.
+    fn held(&self) -> usize {
+        match self.start {
+            Some(_) => 0,
+            None => self.dim_of_step(),
+        }
+    }
+
     fn dim_of_step(&self) -> usize {
         D * self.grid.n_nodes()
     }
@@ -293,10 +342,12 @@ impl<const D: usize> PathObjective<D> {
             return Ok(Evaluation::Inadmissible);
         }
         let wanted = !gradient.is_empty();
-        self.path.resize(x.len() + dim, 0.0);
-        self.path[dim..].copy_from_slice(x);
+        // With the identity in front where the first deformation is not unknown.
+        let held = self.held();
+        self.path.resize(x.len() + held, 0.0);
+        self.path[held..].copy_from_slice(x);
         self.path_gradient
-            .resize(if wanted { x.len() + dim } else { 0 }, 0.0);
+            .resize(if wanted { x.len() + held } else { 0 }, 0.0);
         self.path_gradient.fill(0.0);
         let count = self.steps as f64;
         let mut step_energies = Vec::with_capacity(self.steps);
@@ -321,19 +372,20 @@ impl<const D: usize> PathObjective<D> {
                 Err(error) => return Err(error.into()),
             }
         }
-        let last = &x[(self.steps - 1) * dim..];
         let behind = if wanted { self.steps * dim } else { 0 };
-        let mismatch = if matched {
-            self.mismatch(last, behind)?
-        } else {
-            0.0
-        };
+        let mut mismatches = vec![0.0];
+        if matched {
+            mismatches[0] = self.mismatch(At::End, &x[x.len() - dim..], behind)?;
+            if self.start.is_some() {
+                mismatches.push(self.mismatch(At::Start, &x[..dim], 0)?);
+            }
+        }
         let mut barrier = 0.0;
         if self.params.void_stiffness > 0.0 {
             let law = self.barrier();
             for (k, u) in x.chunks_exact(dim).enumerate() {
                 let own = if wanted {
-                    (k + 1) * dim..(k + 2) * dim
+                    held + k * dim..held + (k + 1) * dim
                 } else {
                     0..0
                 };
@@ -342,14 +394,14 @@ impl<const D: usize> PathObjective<D> {
             }
         }
         if wanted {
-            vector::copy_into(&self.path_gradient[dim..], gradient);
+            vector::copy_into(&self.path_gradient[held..], gradient);
         }
         let total = count * step_energies.iter().sum::<f64>()
-            + self.params.resolved_mismatch_weight() * mismatch
+            + self.params.resolved_mismatch_weight() * mismatches.iter().sum::<f64>()
             + barrier;
         self.energy = PathEnergy {
             step_energies,
-            mismatches: vec![mismatch],
+            mismatches,
             areas: Vec::new(),
             barrier,
             total,
@@ -377,7 +429,7 @@ impl<const D: usize> PathObjective<D> {
     ) -> Result<(), GridError> {
         self.path_gradient.clear();
         self.path_gradient.resize(last.len(), 0.0);
-        self.mismatch(last, 0)?;
+        self.mismatch(At::End, last, 0)?;
         vector::axpy(factor, &self.path_gradient, out);
         Ok(())
     }
@@ -386,73 +438,37 @@ impl<const D: usize> PathObjective<D> {
     /// those around the boundary of the start shape, or all where a part of a shape is hidden.
     pub(super) fn matched_nodes(&self) -> Vec<bool> {
         let reach = self.carried_step.half_width() + AROUND * self.grid.spacing();
-        let seen = self.known.in_step(1, 1);
+        let seen = self.end.known.in_step(1, 1);
         let hidden = seen.start.is_some() || seen.end.is_some();
         let levels = self.union.as_slice().iter();
         levels.map(|u| hidden || u.abs() <= reach).collect()
     }
 
-    /// Computes the mismatch of the last deformation, and adds its gradient times its weight to the
+    /// Computes the mismatch of the deformation at one end of the path, and adds its gradient times its weight to the
     /// path's from the entry `behind` on, unless that is empty.
-    fn mismatch(&mut self, last: &[f64], behind: usize) -> Result<f64, GridError> {
+    fn mismatch(&mut self, at: At, last: &[f64], behind: usize) -> Result<f64, GridError> {
         let attraction = self.attraction();
-        let by_last = &mut self.path_gradient[behind..];
+        let until = self.path_gradient.len().min(behind + last.len());
+        let by_last = &mut self.path_gradient[behind..until];
+        let matched = match (at, &self.start) {
+            (At::Start, Some(start)) => start,
+            _ => &self.end,
+        };
         let weight = self.params.resolved_mismatch_weight();
         if let Some(targets) = &self.targets {
             return Ok(attraction_add(&self.grid, targets, attraction, last, by_last) / weight);
         }
-        let of_end = self.params.deformed_share;
-        let mut sum = 0.0;
-        if let Some(mismatch) = &self.end_mismatch {
-            sum += of_end * mismatch.value_or_gradient_add(last, of_end * weight, by_last);
-        }
-        if of_end >= 1.0 {
-            return Ok(sum);
-        }
-        for (start, end) in self.start.iter().zip(&self.end) {
-            let law = ComposedMismatch {
-                density: self.density,
-                other: continued(end),
-                // Only the last shape is matched, with the first one: as in a path of one step.
-                visibility: self.known.in_step(1, 1),
-            };
-            let coefficients = [start.as_slice()];
-            let data = Data {
-                coefficients: &coefficients,
-                cells: &[],
-            };
-            let assembly = Assembly::new(self.grid, &law, data);
-            let of_start = 1.0 - of_end;
-            sum += of_start * assembly.value_or_gradient_add(last, of_start * weight, by_last)?;
-        }
-        Ok(sum)
+        let by_composition = (self.density, &self.own[..]);
+        let shares = [self.params.deformed_share, weight];
+        matched.value_or_gradient_add(&self.grid, by_composition, shares, last, by_last)
     }
 }
 
-/// Adds the gradient of the attraction `weight v sum_i |psi(x_i) - t_i|^2` of nodes to their targets, each of
-/// volume `v`, to `out` unless that
-/// is empty; returns its value.
-fn attraction_add<const D: usize>(
-    grid: &Grid<D>,
-    targets: &Targets<D>,
-    weight: f64,
-    displacement: &[f64],
-    out: &mut [f64],
-) -> f64 {
-    let (n, scale) = (grid.n_nodes(), weight * targets.spacing.powi(D as i32));
-    let mut sum = 0.0;
-    for (&node, target) in targets.nodes.iter().zip(&targets.points) {
-        let position = grid.position(grid.node(node));
-        for k in 0..D {
-            let entry = k * n + node;
-            let left = position[k] + displacement[entry] - target[k];
-            sum += scale * left * left;
-            if !out.is_empty() {
-                out[entry] += 2.0 * scale * left;
-            }
-        }
-    }
-    sum
+/// An end of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum At {
+    Start,
+    End,
 }
 
 /// Wraps two fully known shapes of one component each.
@@ -474,7 +490,7 @@ impl<const D: usize> Objective for PathObjective<D> {
     type Error = GeodesicError;
 
     fn dim(&self) -> usize {
-        self.steps * self.dim_of_step()
+        self.unknown() * self.dim_of_step()
     }
 
     fn value_and_gradient(
@@ -521,10 +537,14 @@ impl<const D: usize> Objective for PathObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
-        let visibility = self.known.in_step(1, 1);
+        let visibility = self.end.known.in_step(1, 1);
         let matched = self.targets.is_none();
-        let composed: Vec<_> = self
-            .end
+        // From between, the metric is that of a path to the shape of the domain itself.
+        let ends = match self.start {
+            Some(_) => &self.own,
+            None => &self.end.components,
+        };
+        let composed: Vec<_> = ends
             .iter()
             .filter(|_| matched)
             .map(|end| ComposedLevel {
@@ -534,7 +554,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             })
             .collect();
         let carried: Vec<_> = self
-            .start
+            .own
             .iter()
             .filter(|_| matched)
             .map(|start| CarriedLevel {
@@ -561,8 +581,11 @@ impl<const D: usize> Objective for PathObjective<D> {
             carried: &carried,
             attraction: self.attraction(),
         };
-        let start = self.union.as_slice();
-        self.metric = Some(PathMetric::new(self.grid, &form, start, x, self.steps)?);
+        let level_set = self.union.as_slice();
+        self.metric = Some(match self.start {
+            Some(_) => PathMetric::between(self.grid, &form, level_set, x, self.steps)?,
+            None => PathMetric::new(self.grid, &form, level_set, x, self.steps)?,
+        });
         Ok(())
     }
 }

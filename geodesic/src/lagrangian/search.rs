@@ -1,9 +1,9 @@
 //! The search for the valley of the shortest path on coarse grids, and the minimisation from there.
 
-use super::solve::{Deformations, Domain, LagrangianPath, displacements, on_domain, overlaps_of};
-use super::starts::{along_flow, along_turn, most_nodes, time_schedule};
+use super::solve::{Deformations, Domain, LagrangianPath, displacements, end_of, on_domain};
+use super::starts::{along_flow, along_level_sets, along_turn, most_nodes, time_schedule};
 use crate::error::GeodesicError;
-use crate::levels::{Descent, Level, LevelReport, PathOnLevel};
+use crate::levels::{Descent, Level, LevelReport, Numbered, PathOnLevel};
 use crate::overlap::End;
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
@@ -26,6 +26,9 @@ const LEAST_PROGRESS: f64 = 0.9;
 const GROWTH: f64 = 2.0;
 /// Largest factor: that of the sixth round.
 const LARGEST_FACTOR: f64 = 64.0;
+/// A path on the domain of a shape between both is continued to fine grids if its dissipation on a coarse one is less than
+/// this multiple of that of the path that is known on the finest.
+const PROMISING: f64 = 1.3;
 /// Factor of the tolerance in all rounds: only the path at the last weight is minimised to the end.
 const ROUND_TOLERANCE: f64 = 10.0;
 
@@ -60,6 +63,8 @@ pub(super) struct Search<'a, const D: usize> {
     /// The levels on which both domains are tried, and those after them.
     pub coarse: Vec<Level<D>>,
     pub fine: Vec<Level<D>>,
+    /// The shape between both, once it is used.
+    pub middle: Option<Shape<D>>,
     pub reports: Vec<LevelReport>,
 }
 
@@ -90,6 +95,7 @@ impl<'a, const D: usize> Search<'a, D> {
             params,
             coarse,
             fine,
+            middle: None,
             reports: Vec::new(),
         }
     }
@@ -107,6 +113,7 @@ impl<'a, const D: usize> Search<'a, D> {
             params,
             coarse: Vec::new(),
             fine: vec![level],
+            middle: None,
             reports: Vec::new(),
         }
     }
@@ -117,12 +124,15 @@ impl<'a, const D: usize> Search<'a, D> {
     fn domains(&self) -> &'static [Domain] {
         let invertible = self.params.law.law.inverted().is_some();
         match self.params.domain {
-            DomainChoice::Better if invertible => match (self.start.hidden(), self.end.hidden()) {
-                (true, false) => &[Domain::End],
-                (false, true) => &[Domain::Start],
-                _ => &[Domain::Start, Domain::End],
-            },
+            DomainChoice::Better | DomainChoice::Ends if invertible => {
+                match (self.start.hidden(), self.end.hidden()) {
+                    (true, false) => &[Domain::End],
+                    (false, true) => &[Domain::Start],
+                    _ => &[Domain::Start, Domain::End],
+                }
+            }
             DomainChoice::End if invertible => &[Domain::End],
+            DomainChoice::Middle => &[Domain::Middle],
             _ => &[Domain::Start],
         }
     }
@@ -130,6 +140,10 @@ impl<'a, const D: usize> Search<'a, D> {
     /// The shortest path.
     pub fn path(mut self, observer: &mut dyn Observer) -> Result<LagrangianPath<D>, GeodesicError> {
         let domains = self.domains();
+        if domains == [Domain::Middle] {
+            let found = self.start_at_level_sets(observer)?;
+            return self.finish(found.ok_or(GeodesicError::Middle)?, observer);
+        }
         let mut found = self.start_at_identity(domains[0], observer)?;
         for &domain in &domains[1..] {
             if !self.ended() {
@@ -211,9 +225,7 @@ impl<'a, const D: usize> Search<'a, D> {
         towards: Candidate<D>,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<D>, GeodesicError> {
-        let report = &self.reports[found.report];
-        let elastic = report.steps as f64 * report.energy.step_energies.iter().sum::<f64>();
-        let longer = found.end.reached() && towards.path.total >= elastic;
+        let longer = found.end.reached() && towards.path.total >= self.dissipation_of(&found);
         let is_near = match &towards.end.arrival {
             Some(end) => end.percentile_95 <= NEAR_TARGETS,
             None => towards.end.dice >= OVERLAP_OF_VISIBLE,
@@ -252,6 +264,33 @@ impl<'a, const D: usize> Search<'a, D> {
         Ok(found.or(other))
     }
 
+    /// The minimal path on the last of the coarse levels from a path of level sets, on the domain of the shape in its
+    /// middle.
+    fn start_at_level_sets(
+        &mut self,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let last = self.coarse[self.coarse.len() - 1];
+        if self.start.hidden() || self.end.hidden() {
+            return Ok(None);
+        }
+        let mut numbered = Numbered {
+            first: self.reports.len(),
+            n_levels: self.n_levels().max(self.reports.len() + 1),
+            observer: &mut *observer,
+        };
+        let ends = [self.start, self.end];
+        let (found, levels) = along_level_sets(ends, &last.grid, self.params, &mut numbered)?;
+        self.reports.extend(levels);
+        let Some((middle, motions)) = found.filter(|_| !self.ended()) else {
+            return Ok(None);
+        };
+        self.middle = Some(middle);
+        let start = PathOnLevel::new(last, motions);
+        let found = self.minimise(Domain::Middle, start, &[last], 1.0, observer)?;
+        Ok(Some(found))
+    }
+
     /// The minimal path on the last of the coarse levels from a viscous flow, for shapes that are
     /// visible everywhere.
     fn start_at_flow(
@@ -273,6 +312,43 @@ impl<'a, const D: usize> Search<'a, D> {
             1.0,
             observer,
         )?))
+    }
+
+    /// The path on the domain of a shape between both, if it arrives with less than this dissipation. It is given up on
+    /// the coarse grid where it has not much less there, and on the finest one where a first pass does not arrive; then
+    /// there are only the reports of its levels.
+    pub fn path_below(
+        mut self,
+        dissipation: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Result<LagrangianPath<D>, Vec<LevelReport>>, GeodesicError> {
+        let found = self.start_at_level_sets(observer)?;
+        let is_less = |found: &Candidate<D>| {
+            self.fine.is_empty() || self.dissipation_of(found) < PROMISING * dissipation
+        };
+        let Some(found) = found.filter(is_less) else {
+            return Ok(Err(self.reports));
+        };
+        let levels = std::mem::take(&mut self.fine);
+        let coarsely = |level: &Level<D>| Level {
+            tolerance: ROUND_TOLERANCE * level.tolerance,
+            ..*level
+        };
+        let first: Vec<_> = levels.iter().map(coarsely).collect();
+        let mut found = self.minimise(Domain::Middle, found.path, &first, 1.0, observer)?;
+        if self.ended() || !found.end.reached() {
+            return Ok(Err(self.reports));
+        }
+        if let Some(&last) = levels.last() {
+            found = self.minimise(Domain::Middle, found.path, &[last], 1.0, observer)?;
+        }
+        self.in_rounds(found, 1.0, observer).map(Ok)
+    }
+
+    /// The dissipation of a path that was minimised.
+    fn dissipation_of(&self, path: &Candidate<D>) -> f64 {
+        let report = self.reports.get(path.report);
+        report.map_or(f64::INFINITY, |report| report.energy.dissipation())
     }
 
     /// Continues a path to the finest level, and there with a growing weight of the mismatch until
@@ -322,6 +398,7 @@ impl<'a, const D: usize> Search<'a, D> {
         }
         Ok(LagrangianPath {
             domain: found.domain,
+            middle: self.middle.filter(|_| found.domain == Domain::Middle),
             displacements: displacements(&found.path)?,
             levels: self.reports,
         })
@@ -347,9 +424,8 @@ impl<'a, const D: usize> Search<'a, D> {
         domain: Domain,
         path: PathOnLevel<D>,
     ) -> Result<Candidate<D>, GeodesicError> {
-        let [from, to] = domain.order(self.start, self.end);
         Ok(Candidate {
-            end: overlaps_of(from, to, &path)?.end(),
+            end: end_of(&self.form(domain, None), &path)?,
             domain,
             path,
             report: self.reports.len().saturating_sub(1),
@@ -383,21 +459,29 @@ impl<'a, const D: usize> Search<'a, D> {
         targets: Option<&Targets<D>>,
         observer: &mut dyn Observer,
     ) -> Result<PathOnLevel<D>, GeodesicError> {
-        let [start_shape, end_shape] = domain.order(self.start, self.end);
+        let reports = std::mem::take(&mut self.reports);
         let mut descent = Descent {
-            form: Deformations {
-                start: start_shape,
-                end: end_shape,
-                targets,
-            },
+            form: self.form(domain, targets),
             params,
-            n_levels: self.n_levels(),
+            n_levels: self.n_levels().max(reports.len() + 1),
             levels: Vec::new(),
-            reports: std::mem::take(&mut self.reports),
+            reports,
         };
         let path = descent.minimise(start, levels, observer)?;
         self.reports = descent.reports;
         Ok(path)
+    }
+
+    /// The deformations of a domain.
+    fn form<'b>(&'b self, domain: Domain, targets: Option<&'b Targets<D>>) -> Deformations<'b, D> {
+        let [from, end] = domain.order(self.start, self.end);
+        let middle = self.middle.as_ref().filter(|_| domain == Domain::Middle);
+        Deformations {
+            own: middle.unwrap_or(from),
+            start: middle.map(|_| from),
+            end,
+            targets,
+        }
     }
 
     /// Number of levels without those of turned paths and of flows, for the display of progress.

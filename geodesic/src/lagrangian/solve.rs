@@ -6,7 +6,7 @@ use super::starts::refine_time;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::levels::{Level, LevelReport, PathForm, PathOnLevel};
-use crate::overlap::{Overlaps, carried_overlaps};
+use crate::overlap::{End, carried_overlaps};
 use crate::params::GeodesicParams;
 use crate::shape::{Shape, check_known};
 use crate::transport::Targets;
@@ -26,13 +26,16 @@ pub enum Domain {
     /// The end shape: the path is computed from the end to the start, with the law of the inverse
     /// deformations, `sum_k int W_inv(Dchi_k) = sum_k int W(Dphi_k)` for `phi_k = chi_k^{-1}`.
     End,
+    /// A shape between both: all shapes of the path are deformations of it, and both ends are matched. What opens
+    /// on the way from either end to the other is half open there.
+    Middle,
 }
 
 impl Domain {
-    /// Orders the shapes at both ends: first the one whose domain it is.
+    /// Orders the shapes at both ends: first the one whose domain it is, or the start.
     pub fn order<T>(self, start: T, end: T) -> [T; 2] {
         match self {
-            Self::Start => [start, end],
+            Self::Start | Self::Middle => [start, end],
             Self::End => [end, start],
         }
     }
@@ -44,8 +47,10 @@ impl Domain {
 pub struct LagrangianPath<const D: usize> {
     /// The domain of the deformations.
     pub domain: Domain,
+    /// The shape of the domain, where that is none of the ends.
+    pub middle: Option<Shape<D>>,
     /// Displacements of the deformations of that domain's shape into the 1st, ..., K-th shape, from
-    /// there to the other end.
+    /// there to the other end; of a shape between both into all shapes, from the start on.
     pub displacements: Vec<Field<f64, D, D>>,
     /// Convergence history of each level: all levels on which both domains were tried, that of a turned path, those of
     /// paths to targets ([`LevelReport::targets`]), and those on which the best one was continued; with a larger weight of the mismatch
@@ -75,6 +80,28 @@ compiled_once! {
         params: &'a GeodesicParams,
         observer: &'a mut dyn Observer,
     ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_in;
+}
+
+compiled_once! {
+    /// Computes the path on the domain of a shape between both, from a path of level sets on a coarse grid, if it arrives
+    /// with less than a given dissipation, and else the reports of its levels.
+    pub(crate) fn lagrangian_path_below<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        dissipation: f64,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Result<LagrangianPath<D>, Vec<LevelReport>>, GeodesicError> = lagrangian_path_below_in;
+}
+
+fn lagrangian_path_below_in<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    dissipation: f64,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Result<LagrangianPath<D>, Vec<LevelReport>>, GeodesicError> {
+    Search::new(start, end, params).path_below(dissipation, observer)
 }
 
 compiled_once! {
@@ -164,19 +191,30 @@ fn lagrangian_path_back_in<const D: usize>(
 ) -> Result<Option<LagrangianPath<D>>, GeodesicError> {
     check(start, end, params)?;
     let level = level_of_shapes(start, params);
-    let on_level = path.displacements.len() == level.steps
+    let count = level.steps + usize::from(path.domain == Domain::Middle);
+    let on_level = path.displacements.len() == count
         && path.displacements.iter().all(|u| *u.grid() == level.grid);
     let last = path.levels.last().filter(|_| on_level);
-    let (Some(last), Some(_)) = (last, params.law.law.inverted()) else {
+    let Some(last) = last else {
         return Ok(None);
     };
-    let factor = last.mismatch_weight / params.resolved_mismatch_weight();
+    if path.domain != Domain::Middle && params.law.law.inverted().is_none() {
+        return Ok(None);
+    }
+    let usual = params.resolved_mismatch_weight() * weight_on(path.domain);
+    let factor = last.mismatch_weight / usual;
     let domain = match path.domain {
         Domain::Start => Domain::End,
         Domain::End => Domain::Start,
+        Domain::Middle => Domain::Middle,
     };
-    let x = path.displacements.iter().flat_map(Field::as_slice).copied();
+    let mut displacements: Vec<_> = path.displacements.iter().collect();
+    if domain == Domain::Middle {
+        displacements.reverse();
+    }
+    let x = displacements.into_iter().flat_map(Field::as_slice).copied();
     let mut search = Search::on_one_level(end, start, params, level);
+    search.middle.clone_from(&path.middle);
     let from = PathOnLevel::new(level, x.collect());
     let found = search.minimise(domain, from, &[level], factor, observer)?;
     search.in_rounds(found, factor, observer).map(Some)
@@ -208,6 +246,7 @@ pub(crate) fn lagrangian_path_on<const D: usize>(
     let found = search.minimise(domain, from, &[level], factor, observer)?;
     Ok(LagrangianPath {
         domain,
+        middle: None,
         displacements: displacements(&found.path)?,
         levels: search.reports,
     })
@@ -223,21 +262,34 @@ fn lagrangian_path_in<const D: usize>(
     Search::new(start, end, params).path(observer)
 }
 
+/// The weight of a mismatch on a domain, relative to that of the single one on the domain of an end. Where both ends are
+/// matched, each lags behind by half as much with twice the weight: the length is that of a path that lags at one end.
+fn weight_on(domain: Domain) -> f64 {
+    match domain {
+        Domain::Start | Domain::End => 1.0,
+        Domain::Middle => 2.0,
+    }
+}
+
 /// Returns the parameters of the energy on a domain, with a factor of the weight of the mismatch.
 pub(super) fn on_domain(params: &GeodesicParams, domain: Domain, factor: f64) -> GeodesicParams {
     let mut own = match domain {
-        Domain::Start => params.clone(),
+        Domain::Start | Domain::Middle => params.clone(),
         Domain::End => params.inverted(),
     };
-    own.mismatch_weight *= factor;
+    own.mismatch_weight *= factor * weight_on(domain);
     own
 }
 
-/// Paths as displacements of a start domain, one after the other.
+/// Paths as displacements of the domain of a shape, one after the other.
 pub(super) struct Deformations<'a, const D: usize> {
-    pub start: &'a Shape<D>,
+    /// The shape of the domain.
+    pub own: &'a Shape<D>,
+    /// What the first deformation carries it to, where that is not the identity.
+    pub start: Option<&'a Shape<D>>,
+    /// What the last deformation carries it to.
     pub end: &'a Shape<D>,
-    /// What the start shape is attracted to in place of the end shape.
+    /// What the shape is attracted to in place of the end shape.
     pub targets: Option<&'a Targets<D>>,
 }
 
@@ -249,8 +301,14 @@ impl<const D: usize> PathForm<D> for Deformations<'_, D> {
         level: &Level<D>,
         params: &GeodesicParams,
     ) -> Result<PathObjective<D>, GeodesicError> {
-        let [first, last] = [self.start, self.end].map(|shape| shape.on_grid(&level.grid));
-        let objective = PathObjective::between(first, last, level.steps, params)?;
+        let [own, end] = [self.own, self.end].map(|shape| shape.on_grid(&level.grid));
+        let objective = match self.start {
+            Some(start) => {
+                let ends = [start.on_grid(&level.grid), end];
+                PathObjective::from_between(own, ends, level.steps, params)?
+            }
+            None => PathObjective::between(own, end, level.steps, params)?,
+        };
         Ok(match self.targets {
             Some(targets) => objective.towards(targets.clone()),
             None => objective,
@@ -265,9 +323,10 @@ impl<const D: usize> PathForm<D> for Deformations<'_, D> {
     ) -> Result<Vec<f64>, GeodesicError> {
         let (coarse, fine) = (D * from.grid.n_nodes(), D * to.grid.n_nodes());
         if from.steps != to.steps {
-            return Ok(refine_time(x, coarse, from.steps, to.steps));
+            let held = self.start.is_none();
+            return Ok(refine_time(x, coarse, [from.steps, to.steps], held));
         }
-        let mut finer = vec![0.0; to.steps * fine];
+        let mut finer = vec![0.0; x.len() / coarse * fine];
         for (out, u) in finer.chunks_exact_mut(fine).zip(x.chunks_exact(coarse)) {
             prolong_into(&from.grid, u, out);
         }
@@ -294,14 +353,20 @@ pub(super) fn displacements<const D: usize>(
         .collect::<Result<_, _>>()?)
 }
 
-/// Returns the overlaps that the last deformation of a path achieves.
-pub(super) fn overlaps_of<const D: usize>(
-    from: &Shape<D>,
-    to: &Shape<D>,
+/// Returns how a path ends: at the other end, or the worse of both where neither is its domain.
+pub(super) fn end_of<const D: usize>(
+    form: &Deformations<'_, D>,
     path: &PathOnLevel<D>,
-) -> Result<Overlaps, GeodesicError> {
+) -> Result<End, GeodesicError> {
     let grid = path.level.grid;
-    let last = &path.x[(path.level.steps - 1) * D * grid.n_nodes()..];
-    let last = Field::from_vec(grid, last.to_vec())?;
-    carried_overlaps(from, to, &last)
+    let dim = D * grid.n_nodes();
+    let at = |to: &Shape<D>, u: &[f64]| {
+        let deformation = Field::from_vec(grid, u.to_vec())?;
+        Ok::<_, GeodesicError>(carried_overlaps(form.own, to, &deformation)?.end())
+    };
+    let end = at(form.end, &path.x[path.x.len() - dim..])?;
+    Ok(match form.start {
+        Some(start) => end.and(at(start, &path.x[..dim])?),
+        None => end,
+    })
 }

@@ -43,6 +43,7 @@ fn the_path_back_is_minimal_by_itself() {
         domain: match domains[1] {
             Domain::Start => DomainChoice::Start,
             Domain::End => DomainChoice::End,
+            Domain::Middle => DomainChoice::Middle,
         },
         ..params.clone()
     };

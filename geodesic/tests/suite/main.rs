@@ -12,6 +12,7 @@ mod finite;
 mod given;
 mod known;
 mod many_objects;
+mod middle;
 mod minima;
 mod oracle;
 mod resume;
