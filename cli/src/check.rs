@@ -3,6 +3,7 @@
 mod paths;
 mod verdict;
 
+use std::fs::metadata;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -13,15 +14,16 @@ use shapespace_report::table::Table;
 
 use crate::error::{CliError, Exit};
 use crate::integrity::{Sums, sum_of_file, unlisted};
+use crate::memory::in_short;
 use crate::numbers::shown;
 use crate::pca::{StoredAverage, read_average};
 use crate::print::print;
 use crate::report::RESULT;
-use crate::results::ResultFields;
+use crate::results::{ResultFields, command_in};
 use paths::check_steps;
 use shapespace_input::dimension::per_dimension;
 use shapespace_input::files::read_text;
-use shapespace_input::terminal::printable;
+use shapespace_input::terminal::{note, printable};
 use verdict::check_verdict;
 
 /// Relative tolerance of recomputed numbers. Displacements are stored as positions, whose rounding
@@ -74,6 +76,9 @@ impl Findings {
 /// differs, after the report on standard output.
 pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
     let directory = args.directory.as_path();
+    if let Some(needed) = memory(directory) {
+        note(in_short(needed));
+    }
     let (record, findings) = inspect(directory)?;
     report(&record, &findings)?;
     if findings.wrong > 0 {
@@ -90,6 +95,20 @@ pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
         Exit::Doubtful
     } else {
         Exit::Success
+    })
+}
+
+/// Estimates the memory of a check, in bytes: that of all arrays of which numbers are computed, or of the largest where
+/// one is read after the other. `None` where there is no record.
+fn memory(directory: &Path) -> Option<u64> {
+    let sums = Sums::of(directory, false).ok()?;
+    let arrays = sums
+        .iter()
+        .filter(|(name, _)| Path::new(name).extension() == Some("npy".as_ref()));
+    let sizes = arrays.filter_map(|(name, _)| Some(metadata(directory.join(name)).ok()?.len()));
+    Some(match command_in(directory).as_deref() {
+        Some("average" | "geodesic") => sizes.sum(),
+        _ => sizes.max().unwrap_or(0),
     })
 }
 

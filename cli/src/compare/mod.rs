@@ -15,7 +15,7 @@ mod units;
 mod write;
 
 use crate::error::CliError;
-use crate::memory::announce;
+use crate::memory::{announce, in_short};
 use crate::output::ResultDir;
 use crate::pca::StoredPca;
 use crate::session::{Command, PlanOf, Session};
@@ -50,9 +50,16 @@ impl Command for CompareConfig {
         compared: Compared<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        if let Kind::Modes(stored, _) = &compared.kind {
-            let grid = stored.space.object.grid();
-            announce(memory(&compared, stored), grid, &session.progress)?;
+        match &compared.kind {
+            Kind::Modes(stored, _) => {
+                let grid = stored.space.object.grid();
+                announce(memory(&compared, stored), grid, &session.progress)?;
+            }
+            Kind::Distances(matrix) => {
+                // With a copy whose missing entries are filled.
+                let needed = 2 * size_of::<f64>() * matrix.len().pow(2);
+                session.progress.note(in_short(needed as u64));
+            }
         }
         session.progress.stage("relabelling the shapes");
         tests::compute(self, compared)

@@ -13,6 +13,9 @@ use crate::average::weights_between;
 use crate::error::CliError;
 use shapespace_picture::colour;
 
+/// Numbers of shapes before those that are doubled.
+const FEW: [usize; 4] = [2, 4, 5, 6];
+
 /// `--weights` from one shape to the next, and within the triangle of the first three.
 pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     const SIDE: usize = 5;
@@ -186,12 +189,11 @@ pub(super) fn mismatch_weight<const D: usize>(scene: &Scene<'_, D>) -> Result<Sh
     ))
 }
 
-/// Averages of the first 2, 4, 8, ... shapes.
+/// Averages of the first 2, 4, 5, 6, 8, 16 shapes, and so on by doubling.
 pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let n = scene.n_shapes();
-    let mut counts: Vec<usize> = std::iter::successors(Some(2), |k| Some(2 * k))
-        .take_while(|&k| k < n)
-        .collect();
+    let doubled = std::iter::successors(Some(8), |k| Some(2 * k)).take_while(|&k| k < n);
+    let mut counts: Vec<usize> = FEW.into_iter().chain(doubled).filter(|&k| k < n).collect();
     counts.push(n);
     let columns = (counts.len() + 1).min(4);
     let last = ["distance to the last"];

@@ -47,7 +47,7 @@ pub(crate) fn drawn_image(
 pub(super) fn groups(figure: FigureName) -> Vec<usize> {
     match figure {
         FigureName::Related => vec![2, 2, 5],
-        FigureName::Fluids => vec![2, 2],
+        FigureName::Fluids => vec![2, 2, 2],
         _ => vec![shapes(figure).len()],
     }
 }
@@ -149,7 +149,7 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         }
         FigureName::Fluids => {
             let mut all = named("bar", vec![bar(180.0), bar(118.0)]);
-            all.extend([Letter::B, Letter::SerifB].map(drawn_letter));
+            all.extend([Letter::B, Letter::SerifB, Letter::M, Letter::O].map(drawn_letter));
             all
         }
         FigureName::Minima => {

@@ -10,10 +10,14 @@ use shapespace_verify::{
 use super::args::VerifyArgs;
 use super::journal::Outcomes;
 use crate::error::{CliError, Exit};
+use crate::memory::in_short;
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
 use crate::print::print;
 use shapespace_input::terminal::note;
+
+/// What a run needs, in bytes: that of the largest experiments, as it was measured.
+const MEMORY: u64 = 200 << 20;
 
 /// Checks statements, and writes the results.
 ///
@@ -27,6 +31,7 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
         return Ok(Exit::Success);
     };
     let directory = ResultDir::create(output)?;
+    note(in_short(MEMORY));
     let setting = Setting::new(args.quick, args.broken);
     let outcomes = Outcomes::open(output, args)?;
     let record = tried(&statements, setting, args.threads, &outcomes)?;
