@@ -59,13 +59,14 @@ impl<'a, const D: usize> LevelDescent<'a, D> {
     }
 
     /// Minimises on the next level until `target` is reached, or until the last of [`MULTIPLES`]
-    /// times `unit` evaluations. `watch` is called with the energy of every outer iteration.
+    /// times `unit` evaluations. `watch` is called with the evaluations so far and the energy of every
+    /// outer iteration.
     pub fn descend(
         &mut self,
         level: usize,
         target: f64,
         unit: usize,
-        watch: &mut dyn FnMut(f64),
+        watch: &mut dyn FnMut(usize, f64),
     ) -> Result<Descended, Box<dyn Error + Send + Sync>> {
         if level > 0 {
             self.prolong(level);
@@ -123,7 +124,7 @@ struct Count<'a> {
     unit: usize,
     evaluations: usize,
     passed: [Option<f64>; MULTIPLES.len()],
-    watch: &'a mut dyn FnMut(f64),
+    watch: &'a mut dyn FnMut(usize, f64),
 }
 
 impl Observer for Count<'_> {
@@ -137,7 +138,7 @@ impl Observer for Count<'_> {
                 passed.get_or_insert(iteration.energy);
             }
         }
-        (self.watch)(iteration.energy);
+        (self.watch)(self.evaluations, iteration.energy);
         if self.evaluations >= CAP * self.unit {
             Control::Cancel
         } else {

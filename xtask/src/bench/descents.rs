@@ -64,7 +64,7 @@ impl DescentJob {
         let mut curve = Vec::new();
         let mut levels = Vec::new();
         for (level, &(target, unit)) in self.levels.iter().enumerate() {
-            let mut note = |energy| {
+            let mut note = |_, energy| {
                 curve.push(CurvePoint {
                     cpu: process_seconds(),
                     level,

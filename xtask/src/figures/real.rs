@@ -17,7 +17,14 @@ struct Real {
     options: &'static [&'static str],
 }
 
-const REAL: [Real; 8] = [
+const REAL: [Real; 9] = [
+    Real {
+        title: "Hands: a triangle of weighted averages",
+        figure: "weights",
+        data: ["hands/mask512", ".png"],
+        most: 3,
+        options: &["--grid", "65"],
+    },
     Real {
         title: "A dancer in motion: materials that keep lengths and materials that keep areas",
         figure: "stiffness",
@@ -107,6 +114,7 @@ pub(super) fn page(root: &Path, shared: &Path, place: &Path) -> Result<String, B
         let inputs = format!("{folder}/*{ending}");
         let chosen = match files.len() {
             2 => ", the first two",
+            3 => ", the first three",
             6 => ", the first six",
             _ => "",
         };

@@ -28,11 +28,38 @@ pub fn section(data: &Path) -> Outcome<Section> {
         let all = files(&data.join(folder), ending)?;
         Ok(all.into_iter().take(count).collect())
     };
+    let mut faces: Vec<PathBuf> = std::fs::read_dir(data.join("glyphs"))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<std::io::Result<_>>()?;
+    faces.sort();
     let mut classes = Vec::new();
     for class in ["Bone", "bat", "device7", "fish", "horse"] {
         classes.extend(first(&format!("mpeg7/{class}"), ".png", 6)?);
     }
+    let mut letters = Vec::new();
+    for letter in ["A", "B", "C", "M", "O", "U", "X"] {
+        letters.extend(
+            faces
+                .iter()
+                .map(|face| face.join(letter).with_extension("png")),
+        );
+    }
+    letters.retain(|letter| letter.is_file());
+    let mut bones = first("calcaneus", ".ply", usize::MAX)?;
+    bones.extend(first("mandible", ".stl", usize::MAX)?);
     let sets = [
+        Set {
+            name: "letters of several faces",
+            typed: "data/glyphs/*/{A,B,C,M,O,U,X}.png --size equal --grid 65",
+            files: letters,
+            options: &["--size", "equal", "--grid", "65"],
+        },
+        Set {
+            name: "heel bones and half-mandibles",
+            typed: "data/{calcaneus/*.ply,mandible/*.stl} --size equal --classes folder --grid 33",
+            files: bones,
+            options: &["--size", "equal", "--classes", "folder", "--grid", "33"],
+        },
         Set {
             name: "MPEG-7, 5 classes of 6",
             typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
@@ -103,6 +130,7 @@ pub fn section(data: &Path) -> Outcome<Section> {
                those through other shapes. Clusters are those of average linkage, as many as there \
                are classes.",
         table,
+        chart: None,
     })
 }
 

@@ -172,5 +172,6 @@ pub fn section() -> Outcome<Section> {
                the edges is the harmonic mean of precision and recall. Joint values that are worse \
                are marked.",
         table,
+        chart: None,
     })
 }

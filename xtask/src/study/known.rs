@@ -35,6 +35,7 @@ pub fn section() -> Outcome<Section> {
                .3. The angle is that between the principal axes of the two arms; for a bar of \
                known angle its error is at most half a degree on 65 x 65 nodes.",
         table,
+        chart: None,
     })
 }
 

@@ -129,6 +129,7 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
                of another class, scored with `--size equal`, must be three times as large as that \
                of any shape in the modes of the others.",
         table,
+        chart: None,
     })
 }
 
@@ -280,6 +281,7 @@ pub fn landmarks(data: &Path) -> Outcome<Section> {
                Procrustes analysis; the elastic modes use the masks only. Modes of displacements \
                (`pca --variation displacement`) must be better than landmarks.",
         table,
+        chart: None,
     })
 }
 

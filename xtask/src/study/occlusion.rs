@@ -83,6 +83,7 @@ pub fn section() -> Outcome<Section> {
                shapes have to grow. With `--valid-start` and `--valid-end` the hidden region is \
                known; the length must change by less than a tenth.",
         table,
+        chart: None,
     })
 }
 

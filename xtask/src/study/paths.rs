@@ -19,6 +19,8 @@ const LACK_OF_SYMMETRY: f64 = 0.05;
 /// Largest allowed excess of the direct path over a detour at the largest `K`: a tenth of that of
 /// the elastic energy of disks.
 const EXCESS: f64 = 0.005;
+/// The form that has an area term.
+const LEVEL_SETS: [&str; 2] = ["--form", "level-sets"];
 
 /// A temporary folder for shapes and results.
 pub struct Place {
@@ -171,7 +173,7 @@ pub fn letters() -> Outcome<Section> {
         ("b", "b2"),
     ] {
         for steps in ["4", "8", "16"] {
-            let options = ["--form", "level-sets", "--grid", "65", "-K", steps];
+            let options = ["--grid", "65", "-K", steps];
             let found = place.geodesic(start, end, &options)?;
             let [length, dice, det] = found.cells();
             let squares = (found.length.powi(2), found.dissipation);
@@ -222,12 +224,13 @@ pub fn letters() -> Outcome<Section> {
     ]);
     Ok(Section {
         title: "Paths between letters",
-        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K K` on letters \
-               drawn by `shapespace generate letter`. Ends must be reached with a Dice overlap of \
-               .98, no deformation may fold inside its object, the lengths in both directions may \
-               differ by at most 5 % at K = 16, and a change of one end may change the length at \
-               most by the length of that change.",
+        text: "`shapespace geodesic START.npy END.npy --grid 65 -K K` on letters drawn by `shapespace \
+               generate letter`. Ends must be reached with a Dice overlap of .98, no deformation may \
+               fold inside its object, the lengths in both directions may differ by at most 5 % at \
+               K = 16, and a change of one end may change the length at most by the length of that \
+               change.",
         table,
+        chart: None,
     })
 }
 
@@ -280,6 +283,7 @@ pub fn triangles() -> Outcome<Section> {
                distance: a detour can be shorter. The length converges to a distance as K grows: \
                the excess decreases as 1/K.",
         table,
+        chart: None,
     })
 }
 
@@ -298,21 +302,29 @@ pub fn materials() -> Outcome<Section> {
         "areas of the shapes 0 ... K",
         "lengths of their boundaries",
     ]);
-    let bars = ("straight", "folded", "lagrangian");
-    let letters = ("m", "o", "level-sets");
-    for (ends, options) in [
+    let (bars, letters) = (("straight", "folded"), ("m", "o"));
+    for ((start, end), options) in [
         (bars, vec!["--lambda", ".01"]),
         (bars, vec!["--lambda", "1"]),
         (bars, vec!["--lambda", "100"]),
         (letters, vec!["--lambda", ".01"]),
         (letters, vec!["--lambda", "1"]),
         (letters, vec!["--lambda", "100"]),
-        (letters, vec!["--area-weight", "1e-9"]),
-        (letters, vec!["--area-weight", "1e-3"]),
-        (letters, vec!["--area-weight", "1e-1"]),
+        (letters, vec!["--lambda", "100", "--starts", "3"]),
+        (
+            letters,
+            vec![LEVEL_SETS[0], LEVEL_SETS[1], "--area-weight", "1e-9"],
+        ),
+        (
+            letters,
+            vec![LEVEL_SETS[0], LEVEL_SETS[1], "--area-weight", "1e-3"],
+        ),
+        (
+            letters,
+            vec![LEVEL_SETS[0], LEVEL_SETS[1], "--area-weight", "1e-1"],
+        ),
     ] {
-        let (start, end, form) = ends;
-        let usual = ["--form", form, "--grid", "65", "-K", "8"];
+        let usual = ["--grid", "65", "-K", "8"];
         let found = place.geodesic(start, end, &[&usual, options.as_slice()].concat())?;
         let [length, dice, det] = found.cells();
         let series = |values: &[f64]| {
@@ -331,9 +343,10 @@ pub fn materials() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Materials and the area term along paths",
-        text: "`shapespace geodesic START.npy END.npy --form FORM --grid 65 -K 8`, bars in the \
-               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda preserves \
-               its area if the end shapes allow it.",
+        text: "`shapespace geodesic START.npy END.npy --grid 65 -K 8 OPTIONS`. mu is 1. A fluid of large \
+               lambda preserves its area if the end shapes allow it. The area term is one of the form \
+               of level sets.",
         table,
+        chart: None,
     })
 }

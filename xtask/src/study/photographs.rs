@@ -109,6 +109,7 @@ pub fn section(data: &Path) -> Outcome<Section> {
                and their overlap is the mean Dice of all pairs. Values that are worse than without \
                deformations, and deformations that fold, are marked.",
         table,
+        chart: None,
     })
 }
 

@@ -106,6 +106,7 @@ fn section(title: &'static str, sets: &[Set]) -> Outcome<Section> {
                with the average must be at least .97 in 2D and .95 in 3D, and no level may take \
                more than 40 iterations.",
         table,
+        chart: None,
     })
 }
 

@@ -7,6 +7,7 @@ use fe_grid::ScalarField;
 use fe_grid::minimise::Silent;
 use shape_average::{AverageParams, AverageResult, average};
 use shapespace_generate::{Family, family};
+use shapespace_report::chart::{Axis, Chart, Scale, Series, stacked};
 
 use super::{Section, shapes};
 use crate::descent::LevelDescent;
@@ -17,6 +18,12 @@ use crate::table::{Table, checked};
 pub const ITERATIONS: usize = 40;
 /// Required ratio of the evaluations of the descent to those of L-BFGS.
 const RATIO: f64 = 30.0;
+/// Tolerance of the run that stands for the minimum in the chart.
+const MINIMUM: f64 = 1e-8;
+/// Size of a chart of the energies of one group.
+const CHART: (u32, u32) = (720, 300);
+/// Least number of nodes along the axes of charted groups.
+const CHARTED: usize = 129;
 
 /// A group of shapes and its average by L-BFGS.
 pub struct Group {
@@ -102,6 +109,7 @@ pub fn iterations(groups: &[Group]) -> Section {
         text: "Levels from 9 nodes along every axis, coarsest first. At most 40 iterations are \
                allowed on each level.",
         table,
+        chart: None,
     }
 }
 
@@ -117,8 +125,14 @@ pub fn against_descent(groups: &[Group]) -> Outcome<Section> {
         "above it after 1, 10, 30, 60 times its evaluations",
         "seconds",
     ]);
+    let mut energies = Vec::new();
     for group in groups {
-        compare(group, &mut table)?;
+        let curves = compare(group, &mut table)?;
+        // Of the groups on two grids the finer.
+        if group.shapes[0].grid().nodes_per_axis()[0] >= CHARTED {
+            let title = format!("Energy above the minimum: {}", group.name);
+            energies.push((title, curves));
+        }
     }
     Ok(Section {
         title: "The descent against L-BFGS",
@@ -126,18 +140,76 @@ pub fn against_descent(groups: &[Group]) -> Outcome<Section> {
                descent ends on a level when its energy is as low as that of L-BFGS on this level, \
                or after 60 times the evaluations. An evaluation is that of the energy of one \
                shape, with or without gradient. The remaining excess is relative to the decrease \
-               by L-BFGS from the undeformed shapes. The required ratio is 30.",
+               by L-BFGS from the undeformed shapes. The required ratio is 30. The charts have the \
+               energies on the finest level above those of L-BFGS to a tolerance of 1e-8, against \
+               the evaluations on this level.",
         table,
+        chart: Some(drawn(&energies)?),
     })
 }
 
-fn compare(group: &Group, table: &mut Table) -> Outcome<()> {
+/// The charts of all groups, one above the other.
+fn drawn(energies: &[(String, Vec<Series>)]) -> Outcome<String> {
+    let axis = |title, scale| Axis {
+        title,
+        scale,
+        number: |value| format!("{value:.0e}"),
+    };
+    let charts: Vec<Chart<'_>> = energies
+        .iter()
+        .map(|(title, series)| Chart {
+            title,
+            across: Axis {
+                number: |value| format!("{value:.0}"),
+                ..axis("evaluations of a shape", Scale::Logarithmic)
+            },
+            up: axis("energy above the minimum", Scale::Logarithmic),
+            series,
+        })
+        .collect();
+    let height = CHART.1 * charts.len().max(1) as u32;
+    Ok(stacked((CHART.0, height), &charts)?)
+}
+
+/// The energies of both solvers on the finest level, above those of a run that ends later.
+fn curves(group: &Group, descent: &[(usize, f64)]) -> Outcome<Vec<Series>> {
+    let closer = AverageParams {
+        tolerance: MINIMUM,
+        ..group.params.clone()
+    };
+    let closer = average(&group.shapes, &closer, &mut Silent)?;
+    let least = closer
+        .levels
+        .last()
+        .map_or(f64::NAN, |level| level.energy.objective());
+    let above = |points: &mut dyn Iterator<Item = (f64, f64)>| -> Vec<_> {
+        let above = points.map(|(work, energy)| (work.max(1.0), energy - least));
+        above.filter(|(_, energy)| *energy > 0.0).collect()
+    };
+    let mut lines = Vec::new();
+    if let Some(report) = group.result.levels.last() {
+        // Nearly every iteration evaluates all shapes once.
+        let each = report.shape_evaluations as f64 / report.iterations.max(1) as f64;
+        let points = report.energies.iter().enumerate();
+        let mut points = points.map(|(k, energy)| (k as f64 * each, *energy));
+        lines.push(Series::new("L-BFGS", 0, above(&mut points)));
+    }
+    let mut points = descent.iter().map(|(work, energy)| (*work as f64, *energy));
+    lines.push(Series::new("descent", 1, above(&mut points)));
+    Ok(lines)
+}
+
+/// Writes the rows of a group, and returns the energies of both solvers on its finest level.
+fn compare(group: &Group, table: &mut Table) -> Outcome<Vec<Series>> {
     let mut descent = LevelDescent::new(&group.shapes, &group.params);
     let (mut fast, mut slow, mut capped, mut seconds) = (0, 0, false, 0.0);
+    let mut curve = Vec::new();
     for (level, report) in group.result.levels.iter().enumerate() {
         let target = report.energies[report.iterations];
         let start = Instant::now();
-        let found = descent.descend(level, target, report.shape_evaluations, &mut |_| ())?;
+        curve.clear();
+        let mut note = |evaluations, energy| curve.push((evaluations, energy));
+        let found = descent.descend(level, target, report.shape_evaluations, &mut note)?;
         let taken = start.elapsed().as_secs_f64();
         fast += report.shape_evaluations;
         slow += found.evaluations;
@@ -172,5 +244,5 @@ fn compare(group: &Group, table: &mut Table) -> Outcome<()> {
         String::new(),
         format!("{:.1} / {seconds:.1}", group.result.seconds),
     ]);
-    Ok(())
+    curves(group, &curve)
 }
