@@ -23,7 +23,7 @@ use crate::pool::in_pool;
 use crate::processes::{need_one, processes};
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::watch::ProgressObserver;
+use crate::watch::{GridSize, ProgressObserver};
 use shapespace_input::Sources;
 use shapespace_input::dimension::Dim;
 
@@ -49,8 +49,11 @@ pub(crate) struct Session<'a> {
 impl Session<'_> {
     /// An observer of a minimisation on these grids, coarsest first.
     pub fn observer<const D: usize>(&self, grids: &[Grid<D>]) -> ProgressObserver<'_> {
-        let nodes = grids.iter().map(longest).collect();
-        ProgressObserver::new(&self.progress, self.interrupt.clone(), nodes)
+        let sizes = grids.iter().map(|grid| GridSize {
+            side: longest(grid),
+            nodes: grid.n_nodes(),
+        });
+        ProgressObserver::new(&self.progress, self.interrupt.clone(), sizes.collect())
     }
 
     /// An observer of the solution of equations on one grid.

@@ -8,17 +8,28 @@ use crate::history::HistoryPoint;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
+/// The size of a grid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GridSize {
+    /// Nodes along its longest side.
+    pub side: usize,
+    /// All nodes.
+    pub nodes: usize,
+}
+
 /// An observer that shows every iteration, records the convergence history, and cancels on request.
 pub(crate) struct ProgressObserver<'a> {
     progress: &'a Progress,
     interrupt: Interrupt,
-    /// Nodes a side of every grid, coarsest first.
-    grids: Vec<usize>,
+    /// Every grid, coarsest first.
+    grids: Vec<GridSize>,
     /// Names of a level and of its energy.
     words: [&'static str; 2],
     history: Vec<HistoryPoint>,
     level: usize,
     n_levels: usize,
+    /// The number of unknowns of the level.
+    unknowns: usize,
     /// Evaluations on earlier levels.
     before: usize,
     begin: Instant,
@@ -30,13 +41,14 @@ pub(crate) struct ProgressObserver<'a> {
 const LONG: Duration = Duration::from_secs(10);
 
 impl<'a> ProgressObserver<'a> {
-    pub fn new(progress: &'a Progress, interrupt: Interrupt, grids: Vec<usize>) -> Self {
+    pub fn new(progress: &'a Progress, interrupt: Interrupt, grids: Vec<GridSize>) -> Self {
         Self {
             progress,
             interrupt,
             history: Vec::new(),
             level: 0,
             n_levels: grids.len(),
+            unknowns: 0,
             grids,
             words: ["level", "energy"],
             before: 0,
@@ -75,12 +87,17 @@ impl<'a> ProgressObserver<'a> {
         self.progress.note(text);
     }
 
-    /// Nodes a side of this level. Where there are more levels than grids, the first of them are
-    /// on the coarsest; where there are fewer, the coarsest are left out.
+    /// Nodes a side of this level: of the finest grid of which it has so many unknowns a node. Where that is none, and
+    /// there are more levels than grids, the first of them are on the coarsest; where there are fewer, the coarsest are
+    /// left out.
     pub fn nodes(&self) -> usize {
+        let fits = |grid: &&GridSize| self.unknowns > 0 && self.unknowns.is_multiple_of(grid.nodes);
+        if let Some(grid) = self.grids.iter().rev().find(fits) {
+            return grid.side;
+        }
         let finer = self.n_levels.saturating_sub(self.level + 1);
         let position = self.grids.len().saturating_sub(finer + 1);
-        self.grids.get(position).copied().unwrap_or(0)
+        self.grids.get(position).map_or(0, |grid| grid.side)
     }
 
     fn title(&self) -> String {
@@ -109,11 +126,11 @@ impl<'a> ProgressObserver<'a> {
 }
 
 impl Observer for ProgressObserver<'_> {
-    fn level(&mut self, level: usize, n_levels: usize, _dim: usize) {
+    fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
         if level > 0 {
             self.level_done();
         }
-        (self.level, self.n_levels) = (level, n_levels);
+        (self.level, self.n_levels, self.unknowns) = (level, n_levels, dim);
         self.before = self.history.last().map_or(0, |point| point.evaluations);
         self.expected = self.history.last().map(|point| point.iteration);
         self.begin = Instant::now();
@@ -168,10 +185,15 @@ mod tests {
     #[test]
     fn evaluations_add_up_over_the_levels() {
         let progress = Progress::hidden();
-        let mut watch = ProgressObserver::new(&progress, Interrupt::new(), vec![9, 17]);
+        let grids = [9, 17].map(|side| GridSize {
+            side,
+            nodes: side * side,
+        });
+        let mut watch = ProgressObserver::new(&progress, Interrupt::new(), grids.into());
         let mut step = |level: Option<usize>, iteration, gradients| {
             if let Some(level) = level {
-                watch.level(level, 2, 100);
+                // Both levels of a path may be on one grid, beside others.
+                watch.level(level, 8, [8 * 81, 16 * 289][level]);
             }
             watch.iteration(&Iteration {
                 iteration,

@@ -6,6 +6,7 @@ use crate::lagrangian::{
     lagrangian_path_from,
 };
 use crate::level_sets::{first_paths, level_set_path};
+use crate::levels::Numbered;
 use crate::params::{DomainChoice, Form, GeodesicParams};
 use crate::result::{Geodesic, of_domain, of_level_sets, with_deformations};
 use crate::shape::{Shape, check_known};
@@ -217,7 +218,8 @@ fn shortest_path<const D: usize>(
             },
             ..params.clone()
         };
-        let other = lagrangian_path(start, end, &params, observer)?;
+        let mut observer = after(&found, observer);
+        let other = lagrangian_path(start, end, &params, &mut observer)?;
         (path, found) = better(start, end, (path, found), other)?;
     }
     let is_good =
@@ -228,7 +230,8 @@ fn shortest_path<const D: usize>(
         } else {
             f64::INFINITY
         };
-        match lagrangian_path_below(start, end, most, params, observer)? {
+        let mut observer = after(&found, observer);
+        match lagrangian_path_below(start, end, most, params, &mut observer)? {
             Ok(other) => (path, found) = better(start, end, (path, found), other)?,
             Err(levels) => {
                 found.discarded_levels += levels.len();
@@ -237,6 +240,15 @@ fn shortest_path<const D: usize>(
         }
     }
     Ok((path, found))
+}
+
+/// An observer of the levels after those of a path.
+fn after<'a, const D: usize>(found: &Geodesic<D>, observer: &'a mut dyn Observer) -> Numbered<'a> {
+    Numbered {
+        first: found.levels.len(),
+        n_levels: None,
+        observer,
+    }
 }
 
 /// The better one of two paths, with the levels of both.

@@ -125,7 +125,7 @@ impl<F: PathForm<D>, const D: usize> Descent<'_, F, D> {
             .collect();
         let mut numbered = Numbered {
             first: self.reports.len(),
-            n_levels: self.n_levels,
+            n_levels: Some(self.n_levels),
             observer,
         };
         let found = minimise_levels(self, |k: usize| minimisers[k], x, &mut numbered)?;
@@ -196,16 +196,19 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
     }
 }
 
-/// An observer of one of several sequences, with the numbers of all their levels.
+/// An observer of one of several sequences, which is told the numbers of their levels among all.
 pub(crate) struct Numbered<'a> {
+    /// Levels of earlier sequences.
     pub first: usize,
-    pub n_levels: usize,
+    /// All levels, where they are known; those of the earlier sequences and of this one otherwise.
+    pub n_levels: Option<usize>,
     pub observer: &'a mut dyn Observer,
 }
 
 impl Observer for Numbered<'_> {
-    fn level(&mut self, level: usize, _n_levels: usize, dim: usize) {
-        self.observer.level(self.first + level, self.n_levels, dim);
+    fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
+        let all = self.n_levels.unwrap_or(self.first + n_levels);
+        self.observer.level(self.first + level, all, dim);
     }
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
@@ -218,6 +221,10 @@ impl Observer for Numbered<'_> {
 
     fn memory(&mut self, memory: &Memory<'_>) {
         self.observer.memory(memory);
+    }
+
+    fn remembers(&mut self, ended: bool) -> bool {
+        self.observer.remembers(ended)
     }
 
     fn between(&mut self) -> Control {

@@ -26,7 +26,7 @@ use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig, read_average, read_pc
 use crate::progress::Progress;
 use crate::report::RESULT;
 use crate::segment::SegmentConfig;
-use crate::watch::ProgressObserver;
+use crate::watch::{GridSize, ProgressObserver};
 use shapespace_input::{ReadOptions, read_image};
 
 /// Runs of a computation whose memories are read.
@@ -99,7 +99,11 @@ pub(super) fn checkpoint(bytes: &[u8]) -> bool {
         ..LbfgsParams::default()
     };
     for _ in 0..RUNS {
-        let watch = ProgressObserver::new(&progress, Interrupt::of_call(), vec![UNKNOWNS]);
+        let grid = GridSize {
+            side: UNKNOWNS,
+            nodes: UNKNOWNS,
+        };
+        let watch = ProgressObserver::new(&progress, Interrupt::of_call(), vec![grid]);
         let mut observer = checkpointer.observe(watch);
         let _ = lbfgs.minimise(&mut Parabola, &mut [1.0; UNKNOWNS], &mut observer);
     }

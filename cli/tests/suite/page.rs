@@ -140,3 +140,60 @@ fn the_report_of_a_warp_shows_what_was_carried() {
     ];
     succeeded(&place.compute(&again));
 }
+
+/// A browser of the Chromium family: `SHAPESPACE_BROWSER`, or one of the path.
+fn browser() -> Option<String> {
+    let named = std::env::var("SHAPESPACE_BROWSER").ok().into_iter();
+    let usual = ["chromium", "chromium-browser", "google-chrome"].map(String::from);
+    named.chain(usual).find(|name| {
+        let version = std::process::Command::new(name).arg("--version").output();
+        version.is_ok_and(|output| output.status.success())
+    })
+}
+
+/// Surfaces that turn, and the map of distances, are made by scripts: each paints something, and none writes to the
+/// console.
+#[test]
+fn reports_work_in_a_browser() {
+    let Some(browser) = browser() else {
+        println!("skipped: no Chromium, and no SHAPESPACE_BROWSER");
+        return;
+    };
+    let place = Place::new();
+    let files = [
+        drawn(&place, "blobs", "3", "17"),
+        drawn(&place, "letters", "2", "17"),
+    ];
+    let [solids, flat] = files.each_ref().map(|all| [&*all[0], &*all[1]]);
+    for (command, inputs, output) in [
+        ("average", solids, "average"),
+        ("geodesic", solids, "path"),
+        ("distances", flat, "map"),
+    ] {
+        let options = ["--grid", "17", "-o", output];
+        succeeded(&place.compute(&[&[command], &inputs[..], &options].concat()));
+        let page = place.path(&format!("{output}/report.html"));
+        let folder = format!("--user-data-dir={}", place.path("browser").display());
+        let seen = std::process::Command::new(&browser)
+            .args(["--headless=new", "--no-sandbox", "--disable-gpu"])
+            .args(["--enable-unsafe-swiftshader", "--enable-logging=stderr"])
+            .args(["--virtual-time-budget=3000", "--dump-dom", &folder])
+            .arg(format!("file://{}", page.canonicalize().unwrap().display()))
+            .output()
+            .unwrap();
+        let log = String::from_utf8_lossy(&seen.stderr);
+        let said = log.lines().filter(|line| line.contains("CONSOLE"));
+        // What the driver says of its speed is none of the page.
+        let said: Vec<_> = said.filter(|line| !line.contains("GL Driver")).collect();
+        assert!(said.is_empty(), "{output}: {said:?}");
+        // Scripts set the size of what they paint on.
+        let dom = String::from_utf8_lossy(&seen.stdout);
+        let tags = dom.split("<canvas").skip(1);
+        let tags: Vec<_> = tags.filter_map(|rest| rest.split_once('>')).collect();
+        let painted = tags.iter().filter(|(tag, _)| tag.contains(" width="));
+        assert!(
+            !tags.is_empty() && painted.count() == tags.len(),
+            "{output}: {tags:?}"
+        );
+    }
+}

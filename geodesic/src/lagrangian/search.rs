@@ -276,7 +276,7 @@ impl<'a, const D: usize> Search<'a, D> {
         }
         let mut numbered = Numbered {
             first: self.reports.len(),
-            n_levels: self.n_levels().max(self.reports.len() + 1),
+            n_levels: None,
             observer: &mut *observer,
         };
         let ends = [self.start, self.end];
