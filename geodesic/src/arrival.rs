@@ -49,6 +49,12 @@ impl Arrival {
         films: 0.0,
     };
 
+    /// Whether there is none, or one of both has no boundary: what is not stated in records.
+    #[allow(clippy::ref_option, reason = "serde asks for it")]
+    pub(crate) fn is_nothing(found: &Option<Self>) -> bool {
+        found.is_none_or(|found| found == Self::NOTHING)
+    }
+
     /// Returns the doubts about the arrival: boundaries apart, and parts that are missing or left over.
     pub fn doubts(&self) -> Vec<Doubt> {
         let doubts = [

@@ -59,6 +59,7 @@ pub struct Geodesic<const D: usize> {
     pub dice_end: f64,
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings of the grid; of the component where it is largest.
+    #[serde(skip_serializing_if = "is_infinite")]
     pub gap_end: f64,
     /// How all of the deformed shape, with what is hidden, agrees with the visible part of the one at the
     /// other end; paths of the domain of a shape that is hidden in part only.
@@ -66,7 +67,7 @@ pub struct Geodesic<const D: usize> {
     pub whole_end: Option<WholeOverlap>,
     /// How closely these boundaries agree, and where they are pressed together; fully visible shapes
     /// only.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Arrival::is_nothing")]
     pub arrival: Option<Arrival>,
     /// Where parts of the boundary are pressed together to reach the end: changes of topology, the
     /// largest first; paths of one domain and fully visible shapes only.
@@ -276,6 +277,14 @@ pub(crate) fn with_deformations<const D: usize>(
         middle,
         ..found
     }
+}
+
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde asks for a reference"
+)]
+fn is_infinite(number: &f64) -> bool {
+    !number.is_finite()
 }
 
 fn is_zero<T: Default + PartialEq>(number: &T) -> bool {

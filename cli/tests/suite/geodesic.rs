@@ -540,3 +540,24 @@ fn a_path_of_a_shape_between_is_checked_and_continued() {
         "{sizes:?}"
     );
 }
+
+/// A ring that is thinner than the cells of the grid has no boundary at the end of a path: doubted, and no failure.
+#[test]
+fn what_vanishes_on_the_grid_is_doubted() {
+    let place = Place::new();
+    let nodes = 65;
+    let field = |inside: &dyn Fn(f64) -> bool| -> Vec<f64> {
+        let places = (0..nodes * nodes).map(|i| [i % nodes, i / nodes]);
+        let radii = places.map(|[i, j]| (i as f64 / 64.0 - 0.5).hypot(j as f64 / 64.0 - 0.5));
+        radii.map(|r| f64::from(u8::from(inside(r)))).collect()
+    };
+    let ring = field(&|r| (r - 0.3).abs() < 0.009);
+    let dot = field(&|r| r < 0.02);
+    for (name, values) in [("ring.npy", ring), ("dot.npy", dot)] {
+        std::fs::write(place.path(name), npy_f64(&[nodes, nodes], &values)).unwrap();
+    }
+    let ends = ["ring.npy".to_owned(), "dot.npy".to_owned()];
+    let options = ["--grid", "33", "-K", "1", "--align", "none"];
+    let results = connected(&place, &ends, &options, "path");
+    assert_eq!(results.json["verdict"], "doubtful");
+}
