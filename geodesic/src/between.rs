@@ -138,7 +138,7 @@ fn geodesics_in_order<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<[Geodesic<D>; 2], GeodesicError> {
-    let is_free = matches!(params.domain, DomainChoice::Better | DomainChoice::Ends);
+    let is_free = params.domain.is_free();
     if params.form != Form::Lagrangian || !is_free {
         return Ok([
             geodesic_between(start, end, params, observer)?,
@@ -203,7 +203,7 @@ fn shortest_path<const D: usize>(
 ) -> Result<(LagrangianPath<D>, Geodesic<D>), GeodesicError> {
     let mut path = lagrangian_path(start, end, params, observer)?;
     let mut found = of_domain(start, end, &path)?;
-    let is_free = matches!(params.domain, DomainChoice::Better | DomainChoice::Ends);
+    let is_free = params.domain.is_free();
     if !is_free || start.hidden() || end.hidden() {
         return Ok((path, found));
     }

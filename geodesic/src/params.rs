@@ -37,6 +37,13 @@ pub enum DomainChoice {
     Middle,
 }
 
+impl DomainChoice {
+    /// Returns whether the better end is looked for.
+    pub(crate) fn is_free(self) -> bool {
+        matches!(self, Self::Better | Self::Ends)
+    }
+}
+
 /// Parameters of a geodesic, dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]

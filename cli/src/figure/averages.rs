@@ -192,8 +192,9 @@ pub(super) fn mismatch_weight<const D: usize>(scene: &Scene<'_, D>) -> Result<Sh
 /// Averages of the first 2, 4, 5, 6, 8, 16 shapes, and so on by doubling.
 pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let n = scene.n_shapes();
-    let doubled = std::iter::successors(Some(8), |k| Some(2 * k)).take_while(|&k| k < n);
-    let mut counts: Vec<usize> = FEW.into_iter().chain(doubled).filter(|&k| k < n).collect();
+    let doubled = std::iter::successors(Some(8), |k| Some(2 * k));
+    let all = FEW.into_iter().chain(doubled);
+    let mut counts: Vec<usize> = all.take_while(|&k| k < n).collect();
     counts.push(n);
     let columns = (counts.len() + 1).min(4);
     let last = ["distance to the last"];

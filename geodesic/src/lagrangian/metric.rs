@@ -53,22 +53,13 @@ impl<const D: usize> PathMetric<D> {
         x: &[f64],
         steps: usize,
     ) -> Result<Self, GridError> {
-        let work_space = WorkSpace::default();
+        let make = Self::cycles(grid, form, start);
         let dim = x.len() / steps;
         let deformation = |k: usize| &x[(k - 1) * dim..k * dim];
-        let make = |mismatch_weight, displacement| {
-            let form = ElasticForm {
-                mismatch_weight,
-                ..*form
-            };
-            let (law, cells) = corotational(&grid, &form, start, displacement);
-            let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
-            Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
-        };
         Ok(Self {
-            common: make(form.mismatch_weight, deformation(steps))?,
+            common: make(form.mismatch_weight, 1.0, deformation(steps))?,
             differences: (steps > 1)
-                .then(|| make(0.0, deformation(steps / 2 + 1)))
+                .then(|| make(0.0, 1.0, deformation(steps / 2 + 1)))
                 .transpose()?,
             whole: None,
             steps,
@@ -83,26 +74,36 @@ impl<const D: usize> PathMetric<D> {
         x: &[f64],
         steps: usize,
     ) -> Result<Self, GridError> {
-        let work_space = WorkSpace::default();
+        let make = Self::cycles(grid, form, own);
         let dim = x.len() / (steps + 1);
         let middle = &x[steps / 2 * dim..(steps / 2 + 1) * dim];
-        let make = |mismatch_weight, stiffness| {
+        let mismatch = form.mismatch_weight;
+        Ok(Self {
+            common: make(0.5 * mismatch, 1.0, middle)?,
+            differences: (steps > 1).then(|| make(0.0, 1.0, middle)).transpose()?,
+            whole: Some(make(2.0 * mismatch, WHOLE, middle)?),
+            steps,
+        })
+    }
+
+    /// Makes cycles on the form of an object with a weight of the mismatch, a factor of the stiffness, and at a
+    /// displacement; they share their work space.
+    fn cycles<'a>(
+        grid: Grid<D>,
+        form: &'a ElasticForm<'a, D>,
+        own: &'a [f64],
+    ) -> impl Fn(f64, f64, &[f64]) -> Result<CorotationalMultigrid<D>, GridError> + 'a {
+        let work_space = WorkSpace::default();
+        move |mismatch_weight, stiffness, displacement| {
             let form = ElasticForm {
                 mismatch_weight,
                 stiffness: stiffness * form.stiffness,
                 ..*form
             };
-            let (law, cells) = corotational(&grid, &form, own, middle);
+            let (law, cells) = corotational(&grid, &form, own, displacement);
             let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
-            Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
-        };
-        let mismatch = form.mismatch_weight;
-        Ok(Self {
-            common: make(0.5 * mismatch, 1.0)?,
-            differences: (steps > 1).then(|| make(0.0, 1.0)).transpose()?,
-            whole: Some(make(2.0 * mismatch, WHOLE)?),
-            steps,
-        })
+            Ok(cycle.with_work_space(work_space.clone()))
+        }
     }
 
     /// Computes `out = H^-1 gradient`, for the displacements of all deformations.

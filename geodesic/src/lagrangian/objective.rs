@@ -188,11 +188,8 @@ impl<const D: usize> PathObjective<D> {
         steps: usize,
         params: &GeodesicParams,
     ) -> Result<Self, GeodesicError> {
+        let [_, end] = single(own.clone(), end)?;
         let [own, start] = single(own, start)?;
-        let [own, end] = match own.components.first() {
-            Some(u) => single(u.clone(), end)?,
-            None => return Err(GeodesicError::Middle),
-        };
         Self::from_between(own, [start, end], steps, params)
     }
 
@@ -280,7 +277,7 @@ impl<const D: usize> PathObjective<D> {
     }
 
     /// The number of unknown deformations.
-    pub(super) fn unknown(&self) -> usize {
+    fn unknown(&self) -> usize {
         self.steps + usize::from(self.start.is_some())
     }
 
