@@ -49,10 +49,15 @@ impl Arrival {
         films: 0.0,
     };
 
-    /// Whether there is none, or one of both has no boundary: what is not stated in records.
+    /// Whether both have a boundary on the grid. Otherwise distances are infinite, and are left out of records.
+    pub fn has_boundaries(&self) -> bool {
+        *self != Self::NOTHING
+    }
+
+    /// Whether there is nothing to state in a record.
     #[allow(clippy::ref_option, reason = "serde asks for it")]
     pub(crate) fn is_nothing(found: &Option<Self>) -> bool {
-        found.is_none_or(|found| found == Self::NOTHING)
+        !found.is_some_and(|found| found.has_boundaries())
     }
 
     /// Returns the doubts about the arrival: boundaries apart, and parts that are missing or left over.

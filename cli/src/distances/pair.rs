@@ -86,7 +86,7 @@ impl PathRecord {
             dissipation: finite(path.dissipation() / unit),
             dice_end: path.dice_end,
             gap_end: finite(path.gap_end),
-            arrival: path.arrival.filter(|found| found.missing.is_finite()),
+            arrival: path.arrival.filter(Arrival::has_boundaries),
             needless_contacts: path.needless_contacts,
             end_reached: path.end_reached(),
             end_near: path.end_near(),

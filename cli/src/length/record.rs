@@ -65,7 +65,8 @@ struct PathEnd {
     /// Dice overlap with that shape.
     dice_end: f64,
     /// Mean distance of the boundaries there, in spacings of the grid.
-    gap_end: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gap_end: Option<f64>,
     /// How closely the boundaries agree there.
     #[serde(skip_serializing_if = "Option::is_none")]
     arrival: Option<Arrival>,
@@ -146,8 +147,8 @@ impl PathEnd {
         Self {
             end_reached: geodesic.end_reached(),
             dice_end: geodesic.dice_end,
-            gap_end: geodesic.gap_end,
-            arrival: geodesic.arrival,
+            gap_end: Some(geodesic.gap_end).filter(|gap| gap.is_finite()),
+            arrival: geodesic.arrival.filter(Arrival::has_boundaries),
             status: overall(geodesic.status, last),
         }
     }

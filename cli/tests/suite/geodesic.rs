@@ -560,4 +560,15 @@ fn what_vanishes_on_the_grid_is_doubted() {
     let options = ["--grid", "33", "-K", "1", "--align", "none"];
     let results = connected(&place, &ends, &options, "path");
     assert_eq!(results.json["verdict"], "doubtful");
+    // The comparison with the geodesic leaves out what has no figure, too.
+    let film = [
+        &["length", &ends[0], &ends[1], "-o", "film"],
+        &options[..2],
+        &options[4..],
+    ]
+    .concat();
+    succeeded(&place.compute(&film));
+    let film = Results::read(&place.path("film"));
+    assert_eq!(film.json["verdict"], "doubtful");
+    assert!(film.json["geodesic"].get("arrival").is_none());
 }
