@@ -13,7 +13,7 @@ use shape_average::elastic_energy;
 use shapespace_report::table::Table;
 
 use crate::error::{CliError, Exit};
-use crate::integrity::{Sums, sum_of_file, unlisted};
+use crate::integrity::{Sums, sum_of_file, sum_of_input, unlisted};
 use crate::memory::in_short;
 use crate::numbers::shown;
 use crate::pca::{StoredAverage, read_average};
@@ -188,7 +188,7 @@ fn check_inputs(record: &Value, findings: &mut Findings) {
         let (Some(path), Some(sum)) = (input["path"].as_str(), input["sha256"].as_str()) else {
             continue;
         };
-        match sum_of_file(Path::new(path)) {
+        match sum_of_input(Path::new(path)) {
             Ok(found) if found == sum => findings.add(path, "the same input", true),
             Ok(_) => findings.add(path, "the input has changed since", false),
             Err(_) => findings.add(path, "the input is not here", true),

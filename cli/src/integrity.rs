@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fe_grid::parallel;
 use serde::{Deserialize, Serialize};
@@ -15,6 +15,7 @@ use crate::error::CliError;
 use crate::output::{OutputError, ResultDir, write_json};
 use crate::report::RESULT;
 use shapespace_input::files::read_text;
+use shapespace_input::files_of;
 
 /// The key of the checksums in a record.
 const ARRAYS: &str = "arrays";
@@ -32,11 +33,25 @@ pub(crate) fn sum_of(bytes: &[u8]) -> String {
 /// # Errors
 /// Those of the system.
 pub(crate) fn sum_of_file(path: &Path) -> io::Result<String> {
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::ErrorKind::InvalidInput.into());
-    }
+    sum_of_files(&[path.into()])
+}
+
+/// The SHA-256 of all files of an input, one after the other.
+///
+/// # Errors
+/// Those of the system.
+pub(crate) fn sum_of_input(path: &Path) -> io::Result<String> {
+    sum_of_files(&files_of(path))
+}
+
+fn sum_of_files(files: &[PathBuf]) -> io::Result<String> {
     let mut hasher = Sha256::new();
-    io::copy(&mut File::open(path)?, &mut hasher)?;
+    for path in files {
+        if !fs::metadata(path)?.is_file() {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
+        io::copy(&mut File::open(path)?, &mut hasher)?;
+    }
     Ok(format!("{:x}", hasher.finalize()))
 }
 
@@ -81,7 +96,7 @@ pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
     let inputs = record.get_mut("input").and_then(Value::as_array_mut);
     for input in inputs.into_iter().flatten() {
         let file = input["path"].as_str().map(Path::new);
-        if let Some(sum) = file.and_then(|file| sum_of_file(file).ok()) {
+        if let Some(sum) = file.and_then(|file| sum_of_input(file).ok()) {
             input[INPUT_SUM] = sum.into();
         }
     }
@@ -250,6 +265,11 @@ mod tests {
         assert!(verify(&Sums::of(&path, true).unwrap(), "a.npy", b"abd"));
         assert!(verify(&Sums::default(), "a.npy", b"abd"));
         assert!(unlisted(&path, &sums).unwrap().is_empty());
+        // Headers with their data.
+        let header = path.join("a.mhd");
+        fs::write(&header, "ElementDataFile = a.npy").unwrap();
+        let both = sum_of(b"ElementDataFile = a.npyabc");
+        assert_eq!(sum_of_input(&header).unwrap(), both);
         fs::write(path.join("c.npy"), "").unwrap();
         assert_eq!(unlisted(&path, &sums).unwrap(), ["c.npy"]);
         let digest = sums.digest();

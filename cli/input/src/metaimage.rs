@@ -2,14 +2,15 @@
 //!
 //! <https://itk.org/Wiki/ITK/MetaIO/Documentation>
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::InputError;
 use super::decode::Samples;
 use super::number::NumberType;
 use super::packed::Packed;
 use super::volume::{
-    MAX_HEADER, Storage, Volume, data_file, flattened, in_space, unread_type, usable_affine,
+    MAX_HEADER, Storage, Volume, data_file, data_of, flattened, in_space, unread_type,
+    usable_affine,
 };
 
 /// Factors from the space of the format, to the left, to the back and upwards, to RAS.
@@ -24,14 +25,18 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     let (fields, data) =
         Fields::parse(bytes).ok_or_else(|| file.malformed("its header has no ElementDataFile"))?;
     let (volume, storage) = volume(&fields, file)?;
-    let name = fields.get(&["ElementDataFile"]).unwrap_or_default();
-    if name.eq_ignore_ascii_case("LOCAL") {
+    let Some(name) = fields.other_file() else {
         return volume.stored(data, storage, file);
-    }
+    };
     if name == "LIST" || name.contains('%') {
         return Err(file.malformed("its data are in several files, which are not read"));
     }
-    volume.stored(&data_file(path, name, file.format)?, storage, file)
+    volume.stored(&data_of(file, name)?, storage, file)
+}
+
+/// The file with the data, if the header names another one.
+pub(crate) fn data_file_of(bytes: &[u8], path: &Path) -> Option<PathBuf> {
+    data_file(path, Fields::parse(bytes)?.0.other_file()?)
 }
 
 /// The fields of a header, `name = value` a line; the last one names the file of the data.
@@ -70,6 +75,12 @@ impl Fields {
                 .map(|(_, value)| value.as_str())
         };
         names.iter().find_map(named)
+    }
+
+    /// The name of the file with the data; none for the header's own.
+    fn other_file(&self) -> Option<&str> {
+        let name = self.get(&["ElementDataFile"]).unwrap_or_default();
+        (!name.eq_ignore_ascii_case("LOCAL")).then_some(name)
     }
 
     fn is_true(&self, names: &[&str]) -> Option<bool> {

@@ -7,7 +7,7 @@ use super::number::NumberType;
 use super::packed::Packed;
 use super::values::Values;
 use super::volume::{Storage, Volume, flattened, unread_type, usable_affine};
-use super::{InputError, bytes_of, reserve};
+use super::{InputError, bytes_of, extension_of, reserve};
 
 /// Bytes of the headers of both versions, which is also their first number.
 const LENGTHS: [usize; 2] = [348, 540];
@@ -46,25 +46,30 @@ pub(crate) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, In
     Ok(volume.decode(data))
 }
 
+/// The data of a header, or the header of the data.
+pub(crate) fn other_of_pair(path: &Path) -> PathBuf {
+    let (lower, upper) = if extension_of(path) == "hdr" {
+        ("img", "IMG")
+    } else {
+        ("hdr", "HDR")
+    };
+    let plain = path.with_extension(lower);
+    if plain.exists() {
+        plain
+    } else {
+        path.with_extension(upper)
+    }
+}
+
 /// Reads a pair of files, of which either is named: the header in `.hdr`, the data in `.img`.
 pub(crate) fn decode_pair(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
-    let other = |extension: &str, upper: &str| -> PathBuf {
-        let plain = path.with_extension(extension);
-        if plain.exists() {
-            plain
-        } else {
-            path.with_extension(upper)
-        }
-    };
-    let is_header = path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
-    let (header, data) = if is_header {
-        (bytes.to_vec(), bytes_of(&other("img", "IMG"))?)
+    let other = bytes_of(&other_of_pair(path))?;
+    let (header, data) = if extension_of(path) == "hdr" {
+        (bytes, &*other)
     } else {
-        (bytes_of(&other("hdr", "HDR"))?, bytes.to_vec())
+        (&*other, bytes)
     };
-    let header = Header::parse(&header, path)?;
+    let header = Header::parse(header, path)?;
     let offset = header.stated_offset;
     if !(0.0..=MAX_OFFSET).contains(&offset) {
         return Err(file(path).malformed(format!("its data start at byte {offset}")));

@@ -2,14 +2,15 @@
 //!
 //! <https://teem.sourceforge.net/nrrd/format.html>
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::InputError;
 use super::decode::Samples;
 use super::number::NumberType;
 use super::packed::Packed;
 use super::volume::{
-    MAX_HEADER, Storage, Volume, data_file, flattened, in_space, unread_type, usable_affine,
+    MAX_HEADER, Storage, Volume, data_file, data_of, flattened, in_space, unread_type,
+    usable_affine,
 };
 
 /// Reads a volume; the name of a detached header ends with `.nhdr`.
@@ -27,10 +28,15 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     {
         return Err(file.malformed("it skips a part of its data, which is not read"));
     }
-    match fields.get("data file").or(fields.get("datafile")) {
-        Some(name) => volume.stored(&data_file(path, name, file.format)?, storage, file),
+    match fields.other_file() {
+        Some(name) => volume.stored(&data_of(file, name)?, storage, file),
         None => volume.stored(data, storage, file),
     }
+}
+
+/// The file with the data, if the header names another one.
+pub(crate) fn data_file_of(bytes: &[u8], path: &Path) -> Option<PathBuf> {
+    data_file(path, Fields(split(bytes)?.0).other_file()?)
 }
 
 /// The lines of the header after the first, and what follows the empty line.
@@ -65,6 +71,11 @@ impl<'a> Fields<'a> {
             let is_field = !line.starts_with('#') && !value.starts_with('=');
             (is_field && key.trim().eq_ignore_ascii_case(name)).then(|| value.trim())
         })
+    }
+
+    /// The name of the file with the data, if it is another one.
+    fn other_file(&self) -> Option<&'a str> {
+        self.get("data file").or(self.get("datafile"))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Volumes of plain numbers behind a header: what NIfTI, NRRD and MetaImage have in common.
 
 use std::fmt::Display;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use super::decode::{Samples, check_size, take};
 use super::number::{Meaning, NumberType};
@@ -120,25 +120,22 @@ pub(crate) fn usable_affine(
     }
 }
 
-/// The bytes of a file that a header names: one in the folder of the header, or below it.
-pub(crate) fn data_file(
-    header: &Path,
-    name: &str,
-    format: &'static str,
-) -> Result<Vec<u8>, InputError> {
+/// The file that a header names: one in the folder of the header, or below it.
+pub(crate) fn data_file(header: &Path, name: &str) -> Option<PathBuf> {
     let below = Path::new(name)
         .components()
         .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if name.is_empty() || !below {
-        let file = Packed {
-            path: header,
-            format,
-        };
-        return Err(file.malformed(format!(
+    (!name.is_empty() && below).then(|| header.with_file_name(name))
+}
+
+/// The bytes of the file that a header names.
+pub(crate) fn data_of(header: Packed<'_>, name: &str) -> Result<Vec<u8>, InputError> {
+    let path = data_file(header.path, name).ok_or_else(|| {
+        header.malformed(format!(
             "its data are in '{name}', which is not a file in its folder"
-        )));
-    }
-    bytes_of(&header.with_file_name(name))
+        ))
+    })?;
+    bytes_of(&path)
 }
 
 /// The affine map of samples to RAS, from the vectors between samples along the axes and the

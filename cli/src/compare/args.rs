@@ -26,9 +26,9 @@ pub struct CompareConfig {
     /// file, or the beginning of its name, is its group.
     #[arg(long, value_name = "FILE.csv")]
     pub groups: PathBuf,
-    /// Column of the groups.
+    /// Column of the groups [default: group, or class where there is none].
     #[arg(long, value_name = "NAME")]
-    pub column: String,
+    pub column: Option<String>,
     /// Columns of covariates, such as ages [default: every other column of numbers].
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     pub covariates: Vec<String>,
@@ -56,7 +56,7 @@ impl Default for CompareConfig {
         Self {
             result: PathBuf::new(),
             groups: PathBuf::new(),
-            column: "group".into(),
+            column: None,
             covariates: Vec::new(),
             modes: None,
             permutations,

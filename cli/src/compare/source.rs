@@ -12,7 +12,6 @@ use crate::error::CliError;
 use crate::pca::{StoredPca, read_pca};
 use crate::results::{command_in, read_contents};
 use crate::session::PlanOf;
-use crate::shapes::sum_of_values;
 
 /// What is known of the shapes.
 pub(super) enum Kind<const D: usize> {
@@ -162,10 +161,7 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
     let found: StoredDistances =
         read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;
-    let sums = found.input.iter();
-    let sums: Vec<Option<String>> = sums
-        .map(|input| sum_of_values(&input.path, input.sha256.clone()))
-        .collect();
+    let sums: Vec<Option<String>> = found.input.iter().map(|i| i.sha256.clone()).collect();
     let (names, files): (Vec<String>, Vec<PathBuf>) =
         found.input.into_iter().map(|i| (i.name, i.path)).unzip();
     let known = Known {

@@ -9,7 +9,7 @@ use shape_pca::groups::{GroupError, Groups, is_constant};
 use shapespace_input::files::read_text;
 
 use super::CompareConfig;
-use crate::distances::{Classes, NAMED, is_hint, table_reader};
+use crate::distances::{Classes, NAMED, class_column, is_hint, table_reader};
 use crate::error::CliError;
 use crate::numbers::plural;
 use crate::shapes::FileIndex;
@@ -91,7 +91,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
     let mut reader = table_reader(&text, true);
     let place = |error: &csv::Error| error.position().map_or(0, csv::Position::line);
     let unreadable = |error: csv::Error| {
-        let remedy = "give every line as many cells as the header, separated by commas";
+        let remedy = "save it as a CSV file with the encoding UTF-8";
         wrong(place(&error), error.to_string(), remedy)
     };
     let header: Vec<String> = reader
@@ -112,14 +112,27 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             .map(|at| at + 1)
             .ok_or_else(|| wrong(1, message, &remedy))
     };
-    let of_group = column(&config.column)?;
+    let of_group = match &config.column {
+        Some(name) => column(name)?,
+        None => class_column(&header).map_or_else(|| column("group"), Ok)?,
+    };
     let mut lines: Vec<Option<Line>> = vec![None; known.names.len()];
     let finder = Finder::new(known);
     let mut ignored = 0;
     for line in reader.records() {
         let line = line.map_err(unreadable)?;
         let cells: Vec<String> = line.iter().map(String::from).collect();
+        if cells.iter().all(String::is_empty) {
+            continue;
+        }
         let at = line.position().map_or(0, csv::Position::line);
+        if cells.len() != header.len() {
+            let (found, count) = (cells.len(), header.len());
+            let s = plural(found);
+            let message = format!("it has {found} cell{s}, and the header {count}");
+            let remedy = "give every line as many cells as the header, separated by commas";
+            return Err(wrong(at, message, remedy));
+        }
         let shape = match finder.find(&cells[0]) {
             [] => {
                 ignored += 1;
@@ -166,7 +179,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
     let classes = Classes::numbered(lines.iter().map(|line| line.cells[of_group].clone()));
     let groups = Groups::new(classes.of_input).map_err(|error: GroupError| {
         let remedy = "a comparison needs two groups, and two shapes in one of them";
-        wrong(0, format!("column '{}': {error}", config.column), remedy)
+        wrong(0, format!("column '{}': {error}", header[of_group]), remedy)
     })?;
     let numbers = |at: usize| -> Result<Vec<f64>, (usize, String)> {
         let cells = lines.iter().map(|line| &*line.cells[at]).enumerate();
@@ -207,6 +220,10 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             let message = format!("the covariate '{name}' is asked for twice");
             return Err(wrong(1, message, "name every covariate once"));
         }
+        if at == of_group {
+            let message = format!("'{name}' is the column of the groups");
+            return Err(wrong(1, message, "leave it out of --covariates"));
+        }
         let values = numbers(at).map_err(|(shape, reason)| {
             let message = format!("covariate '{name}': {reason}");
             let remedy = "a covariate needs a number for every shape of the result";
@@ -237,9 +254,10 @@ fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliErr
         value: config.groups.display().to_string(),
         remedy: format!("{reason}; give a CSV file instead"),
     };
-    if let Some(name) = config.covariates.first() {
+    let mut columns = config.column.iter().chain(&config.covariates);
+    if let Some(name) = columns.next() {
         return Err(unfit(format!(
-            "there is no covariate '{name}' without a table"
+            "there is no column '{name}' without a table"
         )));
     }
     let classes =

@@ -170,13 +170,12 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
                 cells[0]
             )));
         }
-        let is_class = |cell: &&str| ["class", "group"].contains(&&*cell.to_lowercase());
         if i == 0
-            && let Some(at) = cells.iter().skip(1).position(is_class)
+            && let Some(at) = class_column(&cells)
         {
-            column = Some(at + 1);
-            if cells[at + 2..].contains(&cells[at + 1]) {
-                return Err(failed(format!("it has two columns '{}'", cells[at + 1])));
+            column = Some(at);
+            if cells[at + 1..].contains(&cells[at]) {
+                return Err(failed(format!("it has two columns '{}'", cells[at])));
             }
             continue;
         }
@@ -210,12 +209,22 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
     Ok(classes.collect())
 }
 
+/// The column of the groups after the first, `group` or else `class`, in a header.
+pub(crate) fn class_column(header: &[impl AsRef<str>]) -> Option<usize> {
+    let at = |name: &str| {
+        let is_it = |cell: &_| AsRef::<str>::as_ref(cell).eq_ignore_ascii_case(name);
+        header.iter().skip(1).position(is_it)
+    };
+    Some(at("group").or_else(|| at("class"))? + 1)
+}
+
 /// Whether the first cell of a table states its separator, as some spreadsheets have it.
 pub(crate) fn is_hint(cell: &str) -> bool {
     cell.to_lowercase().starts_with("sep=")
 }
 
-/// Reads a table whose cells are separated by commas, or where its first line has none by semicolons or tabs.
+/// Reads a table whose cells are separated by commas, or where its first line has none by semicolons or tabs. Lines
+/// may have any number of cells.
 pub(crate) fn table_reader(text: &str, has_header: bool) -> csv::Reader<&[u8]> {
     let text = text.trim_start_matches('\u{feff}');
     let first = text.lines().next().unwrap_or_default().as_bytes();
@@ -227,7 +236,7 @@ pub(crate) fn table_reader(text: &str, has_header: bool) -> csv::Reader<&[u8]> {
         .trim(csv::Trim::All)
         .delimiter(separator.unwrap_or(b','))
         .has_headers(has_header)
-        .flexible(!has_header)
+        .flexible(true)
         .from_reader(text.as_bytes())
 }
 

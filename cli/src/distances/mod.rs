@@ -44,7 +44,7 @@ use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Domain, Input, Pairs, Placed, settle};
 use crate::summary::Summary;
 use classes::Labels;
-pub(crate) use classes::{Classes, NAMED, is_hint, table_reader};
+pub(crate) use classes::{Classes, NAMED, class_column, is_hint, table_reader};
 use compute::Task;
 use helpers::{dismiss, help};
 use pair::PairRecord;

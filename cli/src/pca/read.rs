@@ -20,7 +20,7 @@ use crate::output::names::VISIBILITY;
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
-use crate::shapes::{InputRecord, ResultPlace, WorldFrame};
+use crate::shapes::{ResultPlace, WorldFrame};
 use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
@@ -192,11 +192,7 @@ fn stored_average<const D: usize>(
         },
         size: config.masks.size,
         doubts: record.doubts,
-        input_sums: record
-            .input
-            .iter()
-            .map(InputRecord::sum_of_values)
-            .collect(),
+        input_sums: record.input.iter().map(|i| i.sha256.clone()).collect(),
         sums: fields.sums().clone(),
     })
 }

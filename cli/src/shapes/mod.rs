@@ -50,7 +50,7 @@ pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
     BoundaryRecord, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
-    records_of, sum_of_values,
+    records_of,
 };
 pub(crate) use surface::ResultPlace;
 pub(crate) use world::{WorldFrame, WorldRecord};

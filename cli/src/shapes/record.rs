@@ -1,6 +1,6 @@
 //! Placement of inputs and sizes of shapes in `result.json`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use levelset::RigidMotion;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Input;
 use super::align::Alignment;
 use shapespace_input::frame::FrameTransform;
-use shapespace_input::{GreyRange, Image, extension_of};
+use shapespace_input::{GreyRange, Image};
 
 /// One input, its placement and its size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -35,19 +35,11 @@ pub(crate) struct InputRecord<const D: usize> {
     /// Whether the results lie in its world.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub leads: bool,
-    /// The checksum of its file, which is added where a result is sealed.
+    /// The checksum of its files, which is added where a result is sealed.
     #[serde(default, skip_serializing)]
-    sha256: Option<String>,
+    pub sha256: Option<String>,
     #[serde(flatten)]
     object: SizeRecord,
-}
-
-/// Extensions of files whose values may lie in another one.
-const HEADERS: [&str; 3] = ["hdr", "mhd", "nhdr"];
-
-/// The checksum of the values of a file with this checksum; none where they may lie in another file.
-pub(crate) fn sum_of_values(path: &Path, sum: Option<String>) -> Option<String> {
-    sum.filter(|_| !HEADERS.contains(&&*extension_of(path)))
 }
 
 /// Area in 2D, volume in 3D.
@@ -123,11 +115,6 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
 }
 
 impl<const D: usize> InputRecord<D> {
-    /// The checksum of its values, as far as it is known.
-    pub fn sum_of_values(&self) -> Option<String> {
-        sum_of_values(&self.path, self.sha256.clone())
-    }
-
     /// The motion by which it was aligned, the identity for one that was not.
     pub fn motion(&self) -> RigidMotion<D> {
         let identity = RigidMotion::identity();
@@ -205,19 +192,5 @@ impl SizeRecord {
                 ..Self::default()
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Headers of values in other files may be equal where the values are not.
-    #[test]
-    fn checksums_of_headers_are_none_of_values() {
-        let paths = ["a.png", "b/seg.mhd", "c.hdr", "d.NHDR", "e.mha", "f.img"];
-        let found = paths.map(|path| sum_of_values(Path::new(path), Some("0f".into())));
-        let known = found.map(|sum| sum.is_some());
-        assert_eq!(known, [true, false, false, false, true, true]);
     }
 }

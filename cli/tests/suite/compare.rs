@@ -240,7 +240,7 @@ fn tables_that_cannot_be_used_are_refused() {
         ),
         ("file,group\nellipse_0,a\nellipse_0,b\n", &["two lines"]),
         ("file,group\nellipse_0,\n", &["no group"]),
-        ("file,group\nellipse_0,a,b\n", &["line"]),
+        ("file,group\nellipse_0,a,b\n", &["line 2", "3 cells"]),
         ("", &["it is empty"]),
         ("sep=;\nfile;group\n", &["sep=", "leave this line out"]),
         ("file,group,age,age\n", &["two columns 'age'"]),
@@ -256,6 +256,13 @@ fn tables_that_cannot_be_used_are_refused() {
         }
         assert!(!place.path("out").exists());
     }
+    // Lines of blanks are none, and `group` goes before `class`.
+    let table = "file,class,group\nellipse_0,a,b\n  \nellipse_1,a,b\n,,\nellipse_2,a,c\n";
+    place.write("both.csv", table.as_bytes());
+    let both = ["compare", "modes", "--groups", "both.csv", "-o", "both"];
+    succeeded(&place.compute(&both));
+    let named = &Results::read(&place.path("both")).json["groups"];
+    assert_eq!(named.as_array().map(Vec::len), Some(2), "{named}");
     // Covariates that were asked for.
     for (ages, words) in [
         (["7", "7", "7"], &["groups.csv", "'age'", "equal"][..]),
@@ -292,8 +299,12 @@ fn tables_that_cannot_be_used_are_refused() {
     let run = place.run(&["compare", "modes", "--groups", "latin.csv", "-o", "out"]);
     let text = String::from_utf8_lossy(&run.stderr);
     assert!(text.contains("UTF-8"), "{text}");
+    let both = ["compare", "modes", "--groups", "both.csv"];
+    let prefix = ["compare", "modes", "--groups", "prefix"];
     for arguments in [
         &["compare", "average", "--groups", "groups.csv", "-o", "out"][..],
+        &[&both[..], &["--covariates", "group", "-o", "out"]].concat(),
+        &[&prefix[..], &["--column", "age", "-o", "out"]].concat(),
         &["compare", "modes", "--groups", "missing.csv", "-o", "out"],
         &["compare", "modes", "-o", "out"],
         &[
