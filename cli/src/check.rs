@@ -32,7 +32,7 @@ const TOLERANCE: f64 = 1e-6;
 /// Energies below this are those of strains of 1e-6, which rounding errors reach on fine grids.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Verifies a result directory: the checksums of its arrays and of its inputs, the determinants of
+/// Verifies a result directory: the checksums of its record, its arrays and its inputs, the determinants of
 /// its deformations, the elastic energies of an average, the energies of the steps of a geodesic and its
 /// length, and that its verdict follows from its doubts.
 #[derive(Clone, Debug, Args)]
@@ -101,7 +101,7 @@ pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
 /// Estimates the memory of a check, in bytes: that of all arrays of which numbers are computed, or of the largest where
 /// one is read after the other. `None` where there is no record.
 fn memory(directory: &Path) -> Option<u64> {
-    let sums = Sums::of(directory, false).ok()?;
+    let sums = Sums::of(directory, true).ok()?;
     let arrays = sums
         .iter()
         .filter(|(name, _)| Path::new(name).extension() == Some("npy".as_ref()));
@@ -126,7 +126,8 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
     let record: Value = serde_json::from_str(&text)
         .map_err(|error| unfit(format!("its {RESULT} has other contents: {error}")))?;
     let mut findings = Findings::default();
-    check_sums(directory, &mut findings)?;
+    let sums = Sums::of(directory, true)?;
+    check_sums(directory, &sums, &mut findings);
     check_inputs(&record, &mut findings);
     let intact = findings.wrong == 0;
     let is_whole = check_verdict(&record, &mut findings) && intact;
@@ -141,6 +142,11 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
             Some(3) => check_steps::<3>(directory, &mut findings)?,
             _ => findings.add("dimension", "neither 2 nor 3", false),
         }
+    }
+    match sums.as_written() {
+        Some(true) => findings.add(RESULT, "unchanged", true),
+        Some(false) => findings.add(RESULT, "its contents have changed", false),
+        None => findings.add(RESULT, "it has no checksum of its own", true),
     }
     Ok((record, findings))
 }
@@ -163,11 +169,10 @@ fn report(record: &Value, findings: &Findings) -> Result<(), CliError> {
 }
 
 /// The arrays that the record lists, and those that it does not list.
-fn check_sums(directory: &Path, findings: &mut Findings) -> Result<(), CliError> {
-    let sums = Sums::of(directory, false)?;
+fn check_sums(directory: &Path, sums: &Sums, findings: &mut Findings) {
     if !sums.exist() {
         findings.add("arrays", "the record has no checksums", true);
-        return Ok(());
+        return;
     }
     for (name, sum) in sums.iter() {
         match sum_of_file(&directory.join(name)) {
@@ -176,10 +181,9 @@ fn check_sums(directory: &Path, findings: &mut Findings) -> Result<(), CliError>
             Err(error) => findings.add(name, error.to_string(), false),
         }
     }
-    for name in unlisted(directory, &sums).unwrap_or_default() {
+    for name in unlisted(directory, sums).unwrap_or_default() {
         findings.add(name, "the record does not list it", false);
     }
-    Ok(())
 }
 
 /// The inputs, where their files still exist.

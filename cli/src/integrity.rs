@@ -12,7 +12,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
-use crate::output::{OutputError, ResultDir, write_json};
+use crate::output::{OutputError, ResultDir, json_text};
 use crate::report::RESULT;
 use shapespace_input::files::read_text;
 use shapespace_input::files_of;
@@ -23,6 +23,14 @@ const ARRAYS: &str = "arrays";
 const CARRIED: &str = "carried";
 /// The key of the checksum of an input.
 const INPUT_SUM: &str = "sha256";
+/// The key of the checksum of the record itself, in which this checksum is zero.
+const RECORD_SUM: &str = "record_sha256";
+/// As many digits as a checksum has.
+const ZERO: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// What is wrong with a file of another checksum.
+const CHANGED: &str = "its contents have changed since the result was written";
+
 /// The SHA-256 of bytes, in hexadecimal digits.
 pub(crate) fn sum_of(bytes: &[u8]) -> String {
     format!("{:x}", Sha256::digest(bytes))
@@ -74,8 +82,8 @@ fn arrays(directory: &Path, within: &str) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Adds to the record of a complete directory the checksums of its arrays and of the files that `warp` carried, and
-/// those of the files of its inputs, where these still exist.
+/// Adds to the record of a complete directory the checksums of its arrays and of the files that `warp` carried,
+/// those of the files of its inputs, where these still exist, and its own.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -100,7 +108,17 @@ pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
             input[INPUT_SUM] = sum.into();
         }
     }
-    write_json(&path, &record)
+    record[RECORD_SUM] = ZERO.into();
+    let text = json_text(&path, &record)?;
+    fs::write(&path, text.replacen(ZERO, &sum_of(text.as_bytes()), 1)).map_err(failed)
+}
+
+/// Whether the text of a record is the one that was written; unknown for those without a checksum of their own.
+fn is_as_written(text: &str) -> Option<bool> {
+    let record: Value = serde_json::from_str(text).ok()?;
+    let stated = record.get(RECORD_SUM)?.as_str()?;
+    let written = text.replacen(stated, ZERO, 1);
+    Some(sum_of(written.as_bytes()) == stated)
 }
 
 /// Names of the files of a directory that were carried there.
@@ -118,6 +136,9 @@ pub(crate) struct Sums {
     /// By the names of the arrays; none in results of earlier versions.
     #[serde(default)]
     arrays: Option<BTreeMap<String, String>>,
+    /// Whether the record is the one that was written, as far as it is known.
+    #[serde(skip)]
+    as_written: Option<bool>,
     /// Whether they are not verified.
     #[serde(skip)]
     trusted: bool,
@@ -127,21 +148,32 @@ impl Sums {
     /// Those of a directory; none where it has no record.
     ///
     /// # Errors
-    /// [`CliError::Damaged`] where the record cannot be read.
+    /// [`CliError::Damaged`] where the record cannot be read, or has been changed.
     pub fn of(directory: &Path, trusted: bool) -> Result<Self, CliError> {
         let path = directory.join(RESULT);
         if !path.exists() {
             return Ok(Self::default());
         }
         let text = read_text(&path).unwrap_or_default();
-        match serde_json::from_str::<Self>(&text) {
-            Ok(sums) => Ok(Self { trusted, ..sums }),
-            Err(_) if trusted => Ok(Self::default()),
-            Err(error) => Err(CliError::Damaged {
-                path,
-                reason: error.to_string(),
-            }),
-        }
+        let as_written = is_as_written(&text);
+        let reason = match serde_json::from_str::<Self>(&text) {
+            Ok(sums) if trusted || as_written != Some(false) => {
+                return Ok(Self {
+                    as_written,
+                    trusted,
+                    ..sums
+                });
+            }
+            Err(_) if trusted => return Ok(Self::default()),
+            Ok(_) => CHANGED.into(),
+            Err(error) => error.to_string(),
+        };
+        Err(CliError::Damaged { path, reason })
+    }
+
+    /// Whether the record is the one that was written, as far as it is known.
+    pub fn as_written(&self) -> Option<bool> {
+        self.as_written
     }
 
     /// Those of the arrays that lie in a folder.
@@ -155,7 +187,7 @@ impl Sums {
         })?;
         Ok(Self {
             arrays: Some(sums.into_iter().collect()),
-            trusted: false,
+            ..Self::default()
         })
     }
 
@@ -169,7 +201,7 @@ impl Sums {
         };
         let reason = match arrays.get(&*name.to_string_lossy()) {
             Some(sum) if *sum == sum_of(bytes) => return Ok(()),
-            Some(_) => "its contents have changed since the result was written",
+            Some(_) => CHANGED,
             None => "the record of the result does not list it",
         };
         Err(CliError::Damaged {
@@ -272,12 +304,19 @@ mod tests {
         assert_eq!(sum_of_input(&header).unwrap(), both);
         fs::write(path.join("c.npy"), "").unwrap();
         assert_eq!(unlisted(&path, &sums).unwrap(), ["c.npy"]);
+        assert_eq!(sums.as_written(), Some(true));
         let digest = sums.digest();
         assert!(sums.is(digest.as_deref(), &path, &path).is_ok());
         assert!(sums.is(Some("other"), &path, &path).is_err());
         assert!(sums.is(None, &path, &path).is_ok());
-        fs::write(path.join(RESULT), "{").unwrap();
-        assert!(Sums::of(&path, false).is_err());
+        let text = fs::read_to_string(path.join(RESULT)).unwrap();
+        let other = text.replace("nowhere", "elsewhere");
+        for (text, as_written) in [(&*other, Some(false)), ("{}", None), ("{", None)] {
+            fs::write(path.join(RESULT), text).unwrap();
+            assert_eq!(Sums::of(&path, false).is_ok(), text == "{}");
+            let trusted = Sums::of(&path, true).unwrap();
+            assert_eq!(trusted.as_written(), as_written);
+        }
         assert!(Sums::of(&path, true).is_ok());
     }
 }

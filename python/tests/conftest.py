@@ -48,7 +48,7 @@ class Program:
 
 
 # What depends on the run, and what on the names and the bytes of files, if it is a text or a list.
-TIMES = {"peak_memory_bytes", "arrays"}
+TIMES = {"peak_memory_bytes", "arrays", "record_sha256"}
 NAMES = {"path", "sha256", "inputs", "start", "end", "average", "pca", "geodesic", "variation"}
 NAMES |= {"average_sum", "name", "shapes", "valid"}
 # Of parameters, which name folders and files; results have lists by these names.

@@ -9,6 +9,7 @@ use super::CompareConfig;
 use super::table::{Known, Labelled, read as read_table};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
+use crate::integrity::Sums;
 use crate::pca::{StoredPca, read_pca};
 use crate::results::{command_in, read_contents};
 use crate::session::PlanOf;
@@ -79,6 +80,8 @@ fn unfit(directory: &Path, reason: String) -> CliError {
 /// [`CliError::NoResult`] for other directories, and those of the table and of reading modes.
 pub(super) fn read(config: &CompareConfig, trust: bool) -> Result<PlanOf<CompareConfig>, CliError> {
     let directory = &config.result;
+    // Of distances there are no arrays that are read.
+    Sums::of(directory, trust)?;
     match command_in(directory).as_deref() {
         Some("distances") => distances(config),
         Some("score" | "average" | "geodesic") => {

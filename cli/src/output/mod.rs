@@ -28,7 +28,7 @@ use shapespace_report::chart::{Chart, stacked};
 
 pub use directory::{ResultDir, write_new_file};
 pub(crate) use interrupted::{CANCELLED, RESULT};
-pub use json::write_json;
+pub use json::{json_text, write_json};
 pub(crate) use kept::Kept;
 pub use kept::{KeptArray, KeptNumbers};
 pub(crate) use staging::discard_all;

@@ -49,7 +49,12 @@ fn matrix(results: &Results, name: &str) -> Vec<Vec<f64>> {
 pub fn timeless(results: &Results) -> Value {
     let mut json = results.json.clone();
     let all = json.as_object_mut().unwrap();
-    for key in ["seconds", "path_seconds", "peak_memory_bytes"] {
+    for key in [
+        "seconds",
+        "path_seconds",
+        "peak_memory_bytes",
+        "record_sha256",
+    ] {
         all.remove(key);
     }
     for path in json["paths"].as_array_mut().unwrap() {

@@ -169,19 +169,19 @@ fn energies_of_geodesics_are_checked() {
         record["step_energies"][1] = (stated * (1.0 + 1e-5)).into();
         let file = format!("{name}/result.json");
         place.write(&file, record.to_string().as_bytes());
-        assert_eq!(checked(&place, name, &["WRONG", "1 of its parts"]), Some(2));
+        assert_eq!(checked(&place, name, &["WRONG", "2 of its parts"]), Some(2));
         let mut record = results.json.clone();
         let stated = record["certificate"]["min_det"].as_f64().unwrap();
         record["certificate"]["min_det"] = (stated * (1.0 + 1e-5)).into();
         place.write(&file, record.to_string().as_bytes());
-        let words = ["determinant", "WRONG", "1 of its parts"];
+        let words = ["determinant", "WRONG", "2 of its parts"];
         assert_eq!(checked(&place, name, &words), Some(2));
         let mut record = results.json.clone();
         for what in ["length", "dissipation"] {
             record[what] = (record[what].as_f64().unwrap() * (1.0 + 1e-4)).into();
         }
         place.write(&file, record.to_string().as_bytes());
-        let words = ["length", "dissipation", "WRONG", "2 of its parts"];
+        let words = ["length", "dissipation", "WRONG", "3 of its parts"];
         assert_eq!(checked(&place, name, &words), Some(2));
     }
     // The energies of rotations are rounding errors, of either sign.
@@ -235,7 +235,8 @@ fn results_are_checked() {
     let words = [
         "the record states 7.25",
         "the record states 0.75",
-        "2 of its parts",
+        "result.json",
+        "3 of its parts",
     ];
     assert_eq!(checked(&place, "average-bars", &words), Some(2));
     place.write("average-bars/result.json", text.as_bytes());
@@ -280,10 +281,23 @@ fn results_are_checked() {
         record["doubts"] = doubts;
         record["status"] = status.into();
         place.write("average-bars/result.json", record.to_string().as_bytes());
-        let words = [words, "WRONG", "1 of its parts"];
+        let words = [words, "WRONG", "2 of its parts"];
         assert_eq!(checked(&place, "average-bars", &words), Some(2));
     }
     place.write("average-bars/result.json", text.as_bytes());
+    let text = fs::read_to_string(place.path("modes/result.json")).unwrap();
+    place.write("modes/result.json", text.replacen("0.", "1.", 1).as_bytes());
+    let words = ["result.json", "its contents have changed"];
+    assert_eq!(checked(&place, "modes", &words), Some(2));
+    let score = [
+        "score",
+        "--pca",
+        "modes",
+        "bars/bar_000.npy",
+        "-o",
+        "scored",
+    ];
+    refused_unless_trusted(&place, &score, &["modes/result.json", "changed"]);
 
     flip(&place, "bars/bar_000.npy");
     let words = ["the input has changed since", "1 of its parts"];

@@ -81,6 +81,7 @@ mod with_mpi {
             "solver_seconds",
             "memory_estimate",
             "peak_memory_bytes",
+            "record_sha256",
         ] {
             all.remove(key);
         }
