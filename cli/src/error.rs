@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use crate::numbers::shown;
 use crate::output::OutputError;
+use hyperelastic::LawError;
 use shape_pca::PcaError;
 use shapespace_input::InputError;
 use shapespace_input::terminal::{note, printable};
@@ -165,7 +166,7 @@ pub enum CliError {
         /// The law.
         law: String,
         /// Why.
-        source: hyperelastic::LawError,
+        source: LawError,
     },
     /// A shape that contains no node of the grid.
     #[error("no node of {nodes} a side lies inside the object of '{}'", path.display())]
@@ -450,6 +451,10 @@ impl CliError {
             Self::OtherPaths { .. } => {
                 "compute all parts with the same program, inputs and options, and name their result directories after --merge"
             }
+            Self::Law {
+                source: LawError::NotPolyconvex { .. },
+                ..
+            } => "change --coefficients or --exponents",
             Self::Law { .. } => {
                 "change --lambda or --mu, or choose another law; logdet accepts all moduli"
             }

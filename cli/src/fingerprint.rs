@@ -46,7 +46,8 @@ impl Fingerprint {
     /// [`CliError::Damaged`] for a record that cannot be read.
     pub fn of_results(config: &impl Serialize, directories: &[&Path]) -> Result<Self, CliError> {
         let digest = |directory: &&Path| {
-            let sums = Sums::of(directory, false)?;
+            // Verified where they are read.
+            let sums = Sums::of(directory, true)?;
             Ok(sums.digest().unwrap_or_else(|| "no checksums".into()))
         };
         let inputs: Result<_, CliError> = directories.iter().map(digest).collect();

@@ -43,6 +43,17 @@ pub enum LawError {
         /// Fraction of the shear modulus due to the `|A|^p` term.
         norm_share: f64,
     },
+    /// The coefficients of the law of two terms make its energy unbounded from below.
+    #[error(
+        "with these coefficients the law has {expansion} det^r and is not polyconvex: its energy may be \
+         negative; a3 must be at least {least}"
+    )]
+    NotPolyconvex {
+        /// The factor of `det^r` that makes the identity stress free.
+        expansion: f64,
+        /// The least `a3` with which it is not negative.
+        least: f64,
+    },
     /// An option of power laws is set for another law, or coefficients for a law that has moduli.
     #[error(
         "{law} has no option {option}: leave it out, or choose the law {}",

@@ -243,6 +243,11 @@ impl<const D: usize> Power<D> {
             (volume.compression_exponent * a3 + volume.slope) / volume.expansion_exponent;
     }
 
+    /// Returns the least `a3` with which the law of two terms is polyconvex: `beta` is zero.
+    pub(crate) fn least_compression(&self) -> f64 {
+        -self.terms.volume.slope / self.terms.volume.compression_exponent
+    }
+
     /// Returns the factor of `D^r`: `b`, or `a3 beta`.
     pub fn expansion_coefficient(&self) -> f64 {
         self.terms.volume.expansion

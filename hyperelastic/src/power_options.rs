@@ -78,7 +78,7 @@ impl PowerOptions {
         }
     }
 
-    /// The law of the coefficients, if they are set, with its moduli.
+    /// The law of the coefficients, if they are set, with its moduli. One that is not polyconvex is refused.
     pub(crate) fn of_coefficients<const D: usize>(
         &self,
     ) -> Result<Option<(Power<D>, LameModuli)>, LawError> {
@@ -95,6 +95,11 @@ impl PowerOptions {
             });
         }
         let law = Power::<D>::from_coefficients(coefficients, self.exponents_of_two_terms::<D>())?;
+        let (least, expansion) = (law.least_compression(), law.expansion_coefficient());
+        // Up to rounding, the least one is accepted.
+        if coefficients.compression < least * (1.0 - 1e-12) {
+            return Err(LawError::NotPolyconvex { expansion, least });
+        }
         let moduli = law.moduli().checked()?;
         Ok(Some((law, moduli)))
     }

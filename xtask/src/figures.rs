@@ -29,7 +29,7 @@ const FIGURES: [(&str, &[&str]); 17] = [
         &["--tolerance", "2e-5", "--max-iterations", "1000"],
     ),
     ("components", &[]),
-    ("pins", &[]),
+    ("pins", &["--tolerance", "5e-3"]),
     ("modes", &[]),
     ("related", &["--tolerance", "2e-4"]),
     ("steps", &["--grid", "65"]),

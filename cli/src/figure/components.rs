@@ -10,7 +10,7 @@ use shapespace_generate::{Bar, Implicit};
 use shapespace_report::table::{Cell, Table};
 
 use super::drawn::drawn_image;
-use super::modes::{AMPLITUDE, COLUMNS, KINDS, MODES, analyse, balanced, draw_rows};
+use super::modes::{AMPLITUDE, COLUMNS, KINDS, MODES, analyse, draw_rows};
 use super::scene::{Scene, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::average::boundaries;
@@ -94,13 +94,8 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
         "third ratio",
     ]);
     for (what, shapes) in [("one component", whole), ("labelled", labelled)] {
-        let mut params = scene.params.clone();
-        let result = scene.average_of_shapes(what, shapes, |own| {
-            balanced(own);
-            params = own.clone();
-        })?;
-        scene.session.progress.stage(format!("modes, {what}"));
-        let pca = analyse(&result, &params, &KINDS[0])?;
+        let result = scene.average_of_shapes(what, shapes, |_| ())?;
+        let (pca, _) = analyse(scene, &result, &scene.params, &KINDS[0])?;
         let pushed = pushed(scene, &result);
         let ratios = pca.ratios();
         let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);

@@ -22,6 +22,7 @@ mod sheet;
 mod steps;
 
 use std::cell::RefCell;
+use std::fmt::Write as _;
 
 use fe_grid::Grid;
 use levelset::Doubt;
@@ -32,7 +33,7 @@ pub use args::{FigureArgs, FigureConfig, FigureName};
 pub(crate) use drawn::drawn_image;
 
 use crate::average::write_inputs;
-use crate::doubts::named;
+use crate::doubts::{in_words, named};
 use crate::error::{CliError, Exit};
 use crate::memory::announce;
 use crate::options::{CheckpointOption, at_least, resolve_law};
@@ -184,9 +185,6 @@ impl Command for Figure {
             .write_png(&file)
             .map_err(OutputError::at(&file))?;
         write_text(&directory.file("table.csv"), &table.csv())?;
-        let markdown = table.markdown();
-        let page = format!("# {title}\n\n{text}\n\n{markdown}\n![{title}](figure.png)\n");
-        write_text(&directory.file("figure.md"), &page)?;
         let contents = Contents {
             figure: self.name,
             title,
@@ -198,6 +196,15 @@ impl Command for Figure {
             &outcome.doubts,
             outcome.inputs.iter().map(|input| &*input.name),
         );
+        let markdown = table.markdown();
+        let mut page = format!("# {title}\n\n{text}\n\n{markdown}\n![{title}](figure.png)\n");
+        if !doubts.is_empty() {
+            page.push_str("\nThe result is doubtful:\n\n");
+            for line in in_words(&doubts) {
+                let _ = writeln!(page, "- {line}");
+            }
+        }
+        write_text(&directory.file("figure.md"), &page)?;
         let record: Record<_, _, D> =
             Record::new("done", grid, &outcome.config, contents, doubts, start)
                 .of(outcome.inputs.clone());

@@ -2,14 +2,14 @@
 
 use fe_grid::VectorField;
 use fe_grid::minimise::Silent;
-use levelset::Contour;
+use levelset::{BoxEdge, Contour, contour};
 use shape_average::{AverageParams, AverageResult};
-use shape_pca::{Average, Compound, Metric, ModeSpace, Pca, PcaParams};
+use shape_pca::{Average, Balancing, Compound, Metric, ModeSpace, Pca, PcaParams, Variation};
 use shapespace_report::table::{Cell, Table};
 
 use super::averages::materials;
-use super::scene::{Scene, outline};
-use super::sheet::{Comparison, Sheet, Tiles};
+use super::scene::Scene;
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 use shapespace_picture::{INK, deviation, mix};
 
@@ -25,74 +25,89 @@ pub(super) struct Kind {
     name: &'static str,
     metric: Metric,
     prestressed: bool,
+    variation: Variation,
 }
 
 /// The usual kind first.
-pub(super) const KINDS: [Kind; 3] = [
-    Kind {
-        name: "L2",
-        metric: Metric::L2,
-        prestressed: true,
-    },
-    Kind {
-        name: "Hessian",
-        metric: Metric::Hessian,
-        prestressed: true,
-    },
-    Kind {
-        name: "L2, at rest",
-        metric: Metric::L2,
-        prestressed: false,
-    },
+pub(super) const KINDS: [Kind; 3] = [STRESSED, HESSIAN, AT_REST];
+
+const STRESSED: Kind = Kind {
+    name: "L2",
+    metric: Metric::L2,
+    prestressed: true,
+    variation: Variation::Stress,
+};
+const HESSIAN: Kind = Kind {
+    name: "Hessian",
+    metric: Metric::Hessian,
+    ..STRESSED
+};
+const AT_REST: Kind = Kind {
+    name: "L2, at rest",
+    prestressed: false,
+    ..STRESSED
+};
+const OF_DISPLACEMENTS: Kind = Kind {
+    name: "displacements",
+    variation: Variation::Displacement,
+    ..STRESSED
+};
+
+/// Columns of tables for every analysis.
+const USUAL: [&str; 5] = [
+    "first eigenvalue",
+    "second ratio",
+    "third ratio",
+    "imbalance",
+    "definite",
 ];
+
+/// The cells of [`USUAL`].
+fn usual<const D: usize>(pca: &Pca<D>) -> [Cell; 5] {
+    let ratios = pca.ratios();
+    let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
+    let definite = if pca.definite() { "yes" } else { "no" };
+    [
+        pca.modes.eigenvalues[0].into(),
+        ratio(1).into(),
+        ratio(2).into(),
+        pca.imbalance().into(),
+        definite.into(),
+    ]
+}
 
 /// The mode of shapes whose parts stand at different places.
 pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut params = scene.params.clone();
-    let result = scene.average("average", |own| {
-        balanced(own);
-        params = own.clone();
-    })?;
-    stage(scene, &KINDS[0]);
-    let pca = analyse(&result, &params, &KINDS[0])?;
-    let (first, last) = (
-        ["first eigenvalue", "second ratio"],
-        ["balance", "definite"],
-    );
-    let mut compared = Comparison::new(&scene.grid(), COLUMNS, &first, &last);
-    compared.tiles.shapes("shapes", &scene.distances, 0.0);
-    let second = pca.ratios().get(1).copied().unwrap_or(0.0);
-    let definite = if pca.definite() { "yes" } else { "no" };
-    let last: [Cell; 2] = [pca.balance.into(), definite.into()];
-    compared.add("average", [pca.modes.eigenvalues[0], second], &result, last);
-    let tiles = &mut compared.tiles;
+    let mut table = Table::new([&["analysis"], &USUAL[..]].concat());
+    let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
+    let result = scene.average("average", |_| ())?;
+    tiles.shapes("shapes", &scene.distances, 0.0);
+    tiles.average("average", &result);
     tiles.end_row();
-    draw(tiles, KINDS[0].name, &outline(&result)?, &pca, &[]);
-    Ok(compared.sheet(
-        "Pins at different places",
-        "The average has a low pin at either place, and in its mode one of them grows while the \
-         other shrinks: the two pins are not identified with each other.",
-    ))
-}
-
-/// Parameters for which the stresses balance: no length carries a part of them.
-pub(super) fn balanced(params: &mut AverageParams) {
-    params.length_weight = Some(1e-5 * params.mismatch_weight);
-    params.tolerance = params.tolerance.min(2e-4);
-    params.max_iterations = params.max_iterations.max(1000);
+    let mut first = Vec::new();
+    for kind in [STRESSED, AT_REST, OF_DISPLACEMENTS] {
+        let (pca, boundary) = analyse(scene, &result, &scene.params, &kind)?;
+        if first.is_empty() {
+            first.clone_from(&pca.space.fields);
+        }
+        draw(&mut tiles, kind.name, &boundary, &pca, &first);
+        table.row([Cell::from(kind.name)].into_iter().chain(usual(&pca)));
+    }
+    Ok(Sheet {
+        title: "Pins at different places",
+        text: "The average has a low pin at either place, and in its mode one of them grows while the other \
+               shrinks: the two pins are not identified with each other. The deformations onto the average are \
+               so large that the energy is not convex about it with their stresses; about the average at rest it \
+               is, and displacements to the shapes need no stresses."
+            .into(),
+        table,
+        picture: tiles.draw(),
+    })
 }
 
 /// Analyses of the same shapes.
 pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut table = Table::new([
-        "material keeps",
-        "analysis",
-        "first eigenvalue",
-        "second ratio",
-        "third ratio",
-        "balance",
-        "definite",
-    ]);
+    let mut table = Table::new([&["material keeps", "analysis"], &USUAL[..]].concat());
     let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
     // Modes are drawn with the signs that those of the first analysis have.
     let mut first: Vec<VectorField<f64, D>> = Vec::new();
@@ -100,32 +115,19 @@ pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
         let mut params = scene.params.clone();
         let result = scene.average(material, |own| {
             own.law.moduli = moduli;
-            balanced(own);
             params = own.clone();
         })?;
-        let boundary = outline(&result)?;
         // All kinds of analysis of the usual material, one of each of the others.
         let kinds = if k == 1 { &KINDS[..] } else { &KINDS[..1] };
         for kind in kinds {
-            stage(scene, kind);
-            let pca = analyse(&result, &params, kind)?;
+            let (pca, boundary) = analyse(scene, &result, &params, kind)?;
             let label = format!("{}, {}", kind.name, short(material));
             if first.is_empty() {
                 first.clone_from(&pca.space.fields);
             }
             draw(&mut tiles, &label, &boundary, &pca, &first);
-            let ratios = pca.ratios();
-            let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
-            let definite = if pca.definite() { "yes" } else { "no" };
-            table.row([
-                Cell::from(material),
-                kind.name.into(),
-                pca.modes.eigenvalues[0].into(),
-                ratio(1).into(),
-                ratio(2).into(),
-                pca.balance.into(),
-                definite.into(),
-            ]);
+            let names = [Cell::from(material), kind.name.into()];
+            table.row(names.into_iter().chain(usual(&pca)));
         }
     }
     Ok(Sheet {
@@ -146,27 +148,37 @@ fn short(material: &str) -> &str {
     material.split(',').next().unwrap_or(material)
 }
 
-fn stage<const D: usize>(scene: &Scene<'_, D>, kind: &Kind) {
-    let stage = format!("modes by {}", kind.name);
-    scene.session.progress.stage(stage);
-}
-
-/// The modes of an average by one kind of analysis.
+/// The modes of an average by one kind of analysis, as `shapespace pca` computes them, and the boundary of the
+/// average, whose stresses have been balanced where the modes rest on them.
 pub(super) fn analyse<const D: usize>(
+    scene: &Scene<'_, D>,
     result: &AverageResult<D>,
     params: &AverageParams,
     kind: &Kind,
-) -> Result<Pca<D>, CliError> {
-    let average = Average::of_result(result, params)?;
+) -> Result<(Pca<D>, Contour<D>), CliError> {
+    let stage = format!("modes by {}", kind.name);
+    scene.session.progress.stage(stage);
+    let mut average = Average::of_result(result, params)?;
     let own = PcaParams {
         law: params.law,
         void_stiffness: params.void_stiffness,
         metric: kind.metric,
         at_rest: !kind.prestressed,
+        variation: kind.variation,
         ..PcaParams::default()
     };
+    if kind.variation == Variation::Stress {
+        let balancing = Balancing {
+            min_determinant: params.min_determinant,
+            ..Balancing::default()
+        };
+        average = balancing.balance(&average, &own, &mut Silent)?.0;
+    }
     let compound = Compound::new(&average, &own)?;
-    Ok(Pca::new(&average, &compound, usize::MAX, &mut Silent)?)
+    let pca = Pca::new(&average, &compound, usize::MAX, &mut Silent)?;
+    scene.doubts.borrow_mut().extend(pca.doubts());
+    let boundary = contour(average.object(), 0.5, BoxEdge::Closed)?;
+    Ok((pca, boundary))
 }
 
 /// Draws the first modes of an analysis, each a row of shapes from one side of the average to the other. `tile`
@@ -217,7 +229,7 @@ fn draw<const D: usize>(
         let words = if i == 0 {
             format!("{label}, mode {}", j + 1)
         } else {
-            String::new()
+            format!("{:+.0} s", share * AMPLITUDE).replace("+0 s", "average")
         };
         let pale = mix([1.0; 3], INK, 0.25);
         let shapes = [(boundary, pale), (&moved(boundary), deviation(share))];

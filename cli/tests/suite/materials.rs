@@ -116,6 +116,11 @@ fn options_of_other_laws_are_refused() {
         &["--law", "power_two_term", "--coefficients", "0,0,1"],
         "must be positive",
     );
+    // Their energies are negative for slight expansions.
+    for (coefficients, least) in [("1,1,1", "at least 2"), ("0.1,0.1,0.19999", "at least 0.2")] {
+        let options = ["--law", "power_two_term", "--coefficients", coefficients];
+        refused(&options, least);
+    }
     let both = ["--coefficients", COEFFICIENTS, "--norm-share", "0.5"];
     refused(
         &[&["--law", "power_two_term"], &both[..]].concat(),
