@@ -17,6 +17,7 @@ use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::pool::in_pool;
 use crate::segment::SegmentConfig;
 use crate::session::{ComputeArgs, LongArgs};
 use crate::verify::{VerifyArgs, run_verify};
@@ -55,7 +56,7 @@ enum Command {
     Geodesic(Box<LongArgs<GeodesicConfig>>),
     /// Measures a given path: its length and dissipation, beside those of the geodesic.
     #[command(after_help = examples("length"))]
-    Length(ComputeArgs<LengthConfig>),
+    Length(LongArgs<LengthConfig>),
     /// Computes the metric of a variation of a shape, and the optimal velocity of the fluid in it.
     #[command(after_help = examples("metric"))]
     Metric(ComputeArgs<MetricConfig>),
@@ -123,11 +124,11 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Warp(args) => run_warp(args),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),
-        Command::Check(args) => run_check(args),
+        Command::Check(args) => in_pool(None, || run_check(args)),
         Command::Config(args) => run_config(args),
-        Command::Demo(args) => run_demo(args),
+        Command::Demo(args) => in_pool(args.threads, || run_demo(args)),
         Command::Generate(args) => {
-            for path in run_generate(args)? {
+            for path in in_pool(None, || run_generate(args))? {
                 note(format!("wrote {}", path.display()));
             }
             Ok(Exit::Success)

@@ -258,11 +258,29 @@ fn plain(value: &Value) -> Option<String> {
 
 /// The keys and values of a configuration.
 fn table<C: Serialize>(config: &C) -> Result<Table, CliError> {
-    Table::try_from(config).map_err(|error| CliError::Option {
-        option: "a name of a file",
-        value: String::new(),
-        remedy: format!("give files names that can be written: {error}"),
+    Table::try_from(config).map_err(|error| {
+        let (option, value, remedy) = if let Some(key) = too_large(config) {
+            let value = format!("{} after --{}", i64::MAX, key.replace('_', "-"));
+            ("a number above", value, "give a smaller number".into())
+        } else {
+            let remedy = format!("give files names that can be written: {error}");
+            ("a name", "of a file".into(), remedy)
+        };
+        CliError::Option {
+            option,
+            value,
+            remedy,
+        }
     })
+}
+
+/// The key of a number that a configuration file cannot hold.
+fn too_large<C: Serialize>(config: &C) -> Option<String> {
+    let value = serde_json::to_value(config).ok()?;
+    let is_large = |value: &serde_json::Value| value.as_u64().is_some_and(|n| n > i64::MAX as u64);
+    let mut entries = value.as_object()?.iter();
+    let (key, _) = entries.find(|(_, value)| is_large(value))?;
+    Some(key.clone())
 }
 
 /// The absolute path, which is valid from every folder.

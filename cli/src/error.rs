@@ -329,6 +329,13 @@ fn geodesic_error(error: geodesic::GeodesicError) -> CliError {
                      state what is visible (--valid-start, --valid-end)"
                 .into(),
         },
+        geodesic::GeodesicError::Middle => CliError::Option {
+            option: "--domain",
+            value: "middle".into(),
+            remedy: "no shape between both was found, as for shapes that lie apart or of which a part is \
+                     hidden: use --domain better"
+                .into(),
+        },
         other => CliError::Geodesic(other),
     }
 }

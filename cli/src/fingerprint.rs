@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use crate::error::CliError;
 use crate::integrity::Sums;
-use crate::output::{DESCRIPTION, OutputError, WorkDir};
+use crate::output::{DESCRIPTION, OutputError, WorkDir, unsealed};
 use shapespace_input::Image;
 use shapespace_input::files::read_text;
 
@@ -85,6 +85,12 @@ impl Fingerprint {
                     });
                 }
             }
+            None if work.file(DESCRIPTION).is_file() => {
+                return Err(CliError::OtherWork {
+                    path: work.path().into(),
+                    differences: format!("its {DESCRIPTION} is damaged"),
+                });
+            }
             None if !work.is_new() => {
                 let path = work.path().into();
                 return Err(OutputError::Exists { path }.into());
@@ -100,7 +106,7 @@ impl Fingerprint {
     /// [`CliError::OtherPaths`] with what differs.
     pub fn check(&self, directory: &Path) -> Result<(), CliError> {
         let text = read_text(&directory.join(DESCRIPTION)).ok();
-        let found = text.and_then(|text| serde_json::from_str::<Self>(&text).ok());
+        let found = text.and_then(|text| unsealed::<Self>(&text));
         let differences = found.map_or_else(
             || vec![format!("it has no {DESCRIPTION} of this program")],
             |found| self.differences(&found),

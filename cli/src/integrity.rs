@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use fe_grid::parallel;
@@ -12,7 +12,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
-use crate::output::{OutputError, ResultDir, json_text};
+use crate::output::{OutputError, ResultDir, is_as_written, sealed_text, sum_of};
 use crate::report::RESULT;
 use shapespace_input::files::read_text;
 use shapespace_input::files_of;
@@ -23,18 +23,8 @@ const ARRAYS: &str = "arrays";
 const CARRIED: &str = "carried";
 /// The key of the checksum of an input.
 const INPUT_SUM: &str = "sha256";
-/// The key of the checksum of the record itself, in which this checksum is zero.
-const RECORD_SUM: &str = "record_sha256";
-/// As many digits as a checksum has.
-const ZERO: &str = "0000000000000000000000000000000000000000000000000000000000000000";
-
 /// What is wrong with a file of another checksum.
 const CHANGED: &str = "its contents have changed since the result was written";
-
-/// The SHA-256 of bytes, in hexadecimal digits.
-pub(crate) fn sum_of(bytes: &[u8]) -> String {
-    format!("{:x}", Sha256::digest(bytes))
-}
 
 /// The SHA-256 of a regular file, in hexadecimal digits.
 ///
@@ -55,10 +45,13 @@ pub(crate) fn sum_of_input(path: &Path) -> io::Result<String> {
 fn sum_of_files(files: &[PathBuf]) -> io::Result<String> {
     let mut hasher = Sha256::new();
     for path in files {
-        if !fs::metadata(path)?.is_file() {
+        let metadata = fs::metadata(path)?;
+        if !metadata.is_file() {
             return Err(io::ErrorKind::InvalidInput.into());
         }
-        io::copy(&mut File::open(path)?, &mut hasher)?;
+        // Some files of the system have no end.
+        let mut file = File::open(path)?.take(metadata.len());
+        io::copy(&mut file, &mut hasher)?;
     }
     Ok(format!("{:x}", hasher.finalize()))
 }
@@ -108,17 +101,7 @@ pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
             input[INPUT_SUM] = sum.into();
         }
     }
-    record[RECORD_SUM] = ZERO.into();
-    let text = json_text(&path, &record)?;
-    fs::write(&path, text.replacen(ZERO, &sum_of(text.as_bytes()), 1)).map_err(failed)
-}
-
-/// Whether the text of a record is the one that was written; unknown for those without a checksum of their own.
-fn is_as_written(text: &str) -> Option<bool> {
-    let record: Value = serde_json::from_str(text).ok()?;
-    let stated = record.get(RECORD_SUM)?.as_str()?;
-    let written = text.replacen(stated, ZERO, 1);
-    Some(sum_of(written.as_bytes()) == stated)
+    fs::write(&path, sealed_text(&path, &record)?).map_err(failed)
 }
 
 /// Names of the files of a directory that were carried there.

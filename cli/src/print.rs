@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::output::OutputError;
+use shapespace_input::terminal::note;
 
 /// Prints a result on standard output. A closed pipe is no error: its reader wants no more.
 ///
@@ -19,5 +20,12 @@ pub(crate) fn print(text: &str) -> Result<(), OutputError> {
             Err(OutputError::at(Path::new("standard output"))(error))
         }
         _ => Ok(()),
+    }
+}
+
+/// Prints what stands in files, too: that it cannot be printed is said on standard error.
+pub(crate) fn print_or_note(text: &str) {
+    if let Err(error) = print(text) {
+        note(format!("warning: {error}"));
     }
 }

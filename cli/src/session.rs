@@ -310,6 +310,6 @@ fn execute<C: Command, const D: usize>(
         _ => work.map_or(Ok(()), WorkDir::remove)?,
     }
     session.progress.finish();
-    summary.print(&target)?;
+    summary.print(&target);
     Ok(Some(summary))
 }

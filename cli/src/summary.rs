@@ -7,9 +7,8 @@ use fe_grid::Certificate;
 use hyperelastic::LawSpec;
 
 use crate::doubts::{DoubtRecord, in_words};
-use crate::error::CliError;
 use crate::numbers::shown;
-use crate::print::print;
+use crate::print::print_or_note;
 use crate::report::{PAGE, RESULT, Record, certified};
 use crate::shapes::describe_placement;
 use shapespace_input::terminal::printable;
@@ -135,11 +134,9 @@ impl Summary {
             .collect()
     }
 
-    /// Prints the summary. It ends with the picture, and with the doubts if there are any.
-    ///
-    /// # Errors
-    /// [`CliError::Output`] where standard output cannot be written; the result has been.
-    pub fn print(&self, directory: &Path) -> Result<(), CliError> {
+    /// Prints the summary. It ends with the picture, and with the doubts if there are any. The result has been
+    /// written: that standard output cannot be is no error, and said on standard error.
+    pub fn print(&self, directory: &Path) {
         let path = |name| directory.join(name).display().to_string();
         let mut lines = self.lines.clone();
         let mut files = vec![line("results", path(self.results))];
@@ -155,7 +152,7 @@ impl Summary {
             lines.extend(self.verdict());
         }
         lines.push(String::new());
-        Ok(print(&printable(&lines.join("\n")))?)
+        print_or_note(&printable(&lines.join("\n")));
     }
 }
 

@@ -201,8 +201,8 @@ impl GeodesicParams {
             ("tolerance", self.tolerance),
             ("min_determinant", self.min_determinant),
         ] {
-            if !(f64::MIN_POSITIVE..=1e12).contains(&value) {
-                return bad(name, "a positive number of at most 1e12", value);
+            if !(1e-18..=1e12).contains(&value) {
+                return bad(name, "a positive number from 1e-18 to 1e12", value);
             }
         }
         for (name, value) in [

@@ -201,12 +201,12 @@ impl AverageParams {
     /// [`AverageError::Parameter`] or [`AverageError::Weights`] with the value found.
     pub fn check(&self, n: usize) -> Result<(), AverageError> {
         let positive = |name, value: f64| {
-            if (f64::MIN_POSITIVE..=1e12).contains(&value) {
+            if (1e-18..=1e12).contains(&value) {
                 return Ok(());
             }
             Err(AverageError::Parameter {
                 name,
-                expected: "a positive number of at most 1e12",
+                expected: "a positive number from 1e-18 to 1e12",
                 value,
             })
         };

@@ -12,7 +12,7 @@ use super::scope::Scope;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::grid::Sides;
-use crate::output::{OutputError, WorkDir};
+use crate::output::{OutputError, WorkDir, unsealed};
 use shapespace_input::Image;
 use shapespace_input::files::read_text;
 
@@ -123,9 +123,9 @@ impl Store {
     }
 }
 
-/// The record of a pair in a file; none where there is no such file, or where it holds something else.
+/// The record of a pair in a file; none where there is no such file, or where it holds something else than was written.
 fn read_record(path: &Path, ids: [usize; 2]) -> Option<PairRecord> {
-    let record: PairRecord = serde_json::from_str(&read_text(path).ok()?).ok()?;
+    let record: PairRecord = unsealed(&read_text(path).ok()?)?;
     ([record.start, record.end] == ids).then_some(record)
 }
 

@@ -9,7 +9,7 @@ use shape_average::AverageParams;
 
 use crate::config::{Config, Configured};
 use crate::error::CliError;
-use crate::options::{MaskOptions, RunOptions};
+use crate::options::{CheckpointOption, MaskOptions, RunOptions};
 use shapespace_input::Kinds;
 
 /// Options of `shapespace figure`.
@@ -24,6 +24,9 @@ pub struct FigureArgs {
     /// Options shared with other commands.
     #[command(flatten)]
     pub run: RunOptions,
+    /// When checkpoints are stored.
+    #[command(flatten)]
+    pub checkpoint: CheckpointOption,
 }
 
 /// Configuration of `shapespace figure`.

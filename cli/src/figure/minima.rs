@@ -32,7 +32,8 @@ pub(super) fn minima<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
         let kind = word(&kind);
         let progress = &scene.session.progress;
         progress.note(format!("start {} of {STARTS} ({kind}):", i + 1));
-        let mut watch = scene.session.observer(&grids);
+        let mut checkpointer = scene.checkpointer.borrow_mut();
+        let mut watch = checkpointer.observe(scene.session.observer(&grids));
         let result = average_from(shapes, &[], &displacements, &params, &mut watch)?;
         watch.finish();
         let status = result.levels.last().map(|level| level.status);

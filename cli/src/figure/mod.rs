@@ -35,8 +35,9 @@ pub(crate) use drawn::drawn_image;
 use crate::average::write_inputs;
 use crate::doubts::{in_words, named};
 use crate::error::{CliError, Exit};
+use crate::fingerprint::{Fingerprint, hash};
 use crate::memory::announce;
-use crate::options::{CheckpointOption, at_least, resolve_law};
+use crate::options::{at_least, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
@@ -64,6 +65,7 @@ struct Plan<const D: usize> {
     config: FigureConfig,
     /// The built-in shapes, to be written to the folder `inputs`.
     drawn: Option<Vec<Image<D>>>,
+    fingerprint: Fingerprint,
 }
 
 /// A figure and its shapes.
@@ -92,7 +94,7 @@ struct Contents<'a> {
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
     let name = args.name;
     args.config
-        .run(|config| session::run(&Figure { name, config }, &args.run, CheckpointOption::NONE))
+        .run(|config| session::run(&Figure { name, config }, &args.run, args.checkpoint))
 }
 
 impl Command for Figure {
@@ -107,7 +109,7 @@ impl Command for Figure {
             let drawn = Some(images.clone());
             let parts = (self.name == FigureName::Components)
                 .then(|| components::parts(images[0].size[0], &folder));
-            return Plan::new(images, parts, config, drawn).map(Dim::D2);
+            return Plan::new(self.name, images, parts, config, drawn).map(Dim::D2);
         }
         let ([needed, most], found) = (self.name.counts(), config.inputs.len());
         at_least(needed, "figure", &config.inputs)?;
@@ -123,13 +125,13 @@ impl Command for Figure {
             let images = session.sources.read_label_images(&config.inputs)?;
             return Ok(per_dimension!(images, images => {
                 let (images, parts) = Components::each(&images)?;
-                Plan::new(images, Some(parts), config, None)?
+                Plan::new(self.name, images, Some(parts), config, None)?
             }));
         }
         let images = session
             .sources
             .read_images(&config.inputs, &config.masks.reading())?;
-        Ok(per_dimension!(images, images => Plan::new(images, None, config, None)?))
+        Ok(per_dimension!(images, images => Plan::new(self.name, images, None, config, None)?))
     }
 
     fn compute<const D: usize>(
@@ -137,6 +139,7 @@ impl Command for Figure {
         plan: Plan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
+        let checkpointer = session.checkpointer(plan.fingerprint)?;
         let (inputs, distances) = prepare(plan.placed, &[], &session.progress, &session.processes)?;
         let mut parts = Vec::new();
         for (number, input) in inputs.iter().enumerate() {
@@ -156,14 +159,20 @@ impl Command for Figure {
                 None => vec![inputs.len()],
             },
             session,
+            checkpointer: RefCell::new(checkpointer),
         };
         announce(scene.memory(), &scene.grid(), &session.progress)?;
+        let sheet = sheet(self.name, &scene);
+        let doubts = scene.doubts.take();
+        let grid = scene.grid();
+        // Also after an interruption, from which the same command goes on.
+        session.ended(scene.checkpointer.into_inner());
         Ok(Outcome {
-            sheet: sheet(self.name, &scene)?,
-            doubts: scene.doubts.take(),
+            sheet: sheet?,
+            doubts,
             inputs: records_of(&inputs),
             config: plan.config,
-            grid: scene.grid(),
+            grid,
             drawn: plan.drawn,
         })
     }
@@ -218,15 +227,20 @@ impl Command for Figure {
 
 impl<const D: usize> Plan<D> {
     fn new(
+        name: FigureName,
         images: Vec<Image<D>>,
         parts: Option<Components<D>>,
         mut config: FigureConfig,
         drawn: Option<Vec<Image<D>>>,
     ) -> Result<Self, CliError> {
         resolve_law::<D>(&mut config.law)?;
+        let hashes: Vec<String> = images.iter().map(hash).collect();
+        let placed = Placed::new(images, &mut config.masks)?;
+        let name = std::iter::once(format!("{name:?}"));
         Ok(Self {
-            placed: Placed::new(images, &mut config.masks)?,
+            placed,
             parts,
+            fingerprint: Fingerprint::new(&config, hashes).and(name),
             config,
             drawn,
         })

@@ -30,7 +30,8 @@ pub(super) fn path<const D: usize>(
     let session = scene.session;
     session.progress.note(format!("{what}:"));
     let grids = start.grid().hierarchy(params.coarsest_nodes);
-    let mut watch = session.observer(&grids);
+    let mut checkpointer = scene.checkpointer.borrow_mut();
+    let mut watch = checkpointer.observe(session.observer(&grids));
     let found = geodesic(start, end, params, &mut watch)?;
     watch.finish();
     if session.interrupt.asked() {

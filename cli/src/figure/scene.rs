@@ -9,6 +9,7 @@ use shape_average::{
     AverageError, AverageParams, AverageResult, Shapes, average_of_components, memory_estimate,
 };
 
+use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::session::Session;
 
@@ -29,6 +30,8 @@ pub(super) struct Scene<'a, const D: usize> {
     /// Numbers of shapes that are compared with each other, in the order of the shapes.
     pub groups: Vec<usize>,
     pub session: &'a Session<'a>,
+    /// The checkpoints of all that is computed, one after the other.
+    pub checkpointer: RefCell<Checkpointer<'a>>,
 }
 
 impl<const D: usize> Scene<'_, D> {
@@ -108,7 +111,8 @@ impl<const D: usize> Scene<'_, D> {
         change(&mut params);
         self.session.progress.note(format!("{what}:"));
         let grids = shapes.whole()[0].grid().hierarchy(params.coarsest_nodes);
-        let mut watch = self.session.observer(&grids);
+        let mut checkpointer = self.checkpointer.borrow_mut();
+        let mut watch = checkpointer.observe(self.session.observer(&grids));
         let result = average_of_components(shapes, visibility, &[], &params, &mut watch)?;
         watch.finish();
         if self.session.interrupt.asked() {

@@ -11,6 +11,7 @@ use fe_grid::ScalarField;
 use levelset::Doubt;
 
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path_of_inputs;
@@ -33,6 +34,7 @@ pub(crate) struct LengthPlan<const D: usize> {
     placed: Placed<D>,
     /// With all defaults resolved.
     config: LengthConfig,
+    fingerprint: Fingerprint,
 }
 
 /// The lengths of a path and of the geodesic.
@@ -64,14 +66,20 @@ impl Command for LengthConfig {
         plan: LengthPlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let LengthPlan { placed, config } = plan;
+        let LengthPlan {
+            placed,
+            config,
+            fingerprint,
+        } = plan;
+        let mut checkpointer = session.checkpointer(fingerprint)?;
         let params = &config.params;
         let settled = settle(placed, &[], None, &session.progress, &session.processes)?;
         let grid = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
         session.progress.stage("joining consecutive shapes");
-        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+        let levels = grid.hierarchy(params.coarsest_nodes);
+        let mut watch = checkpointer.observe(session.observer(&levels));
         let given = GivenPath::new(&shapes, params, &mut watch)?;
         let mut doubts = doubts_of(&inputs);
         doubts.extend(given.doubts(params));
@@ -90,6 +98,8 @@ impl Command for LengthConfig {
             doubts.extend(path.doubts(&params));
             shortest = Some(path);
         }
+        watch.finish();
+        session.ended(checkpointer);
         Ok(Outcome {
             config,
             inputs,
@@ -124,8 +134,13 @@ fn plan<const D: usize>(
     mut config: LengthConfig,
 ) -> Result<LengthPlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
+    let hashes = images.iter().map(hash).collect();
     let placed = Placed::new(images, &mut config.masks)?;
-    Ok(LengthPlan { placed, config })
+    Ok(LengthPlan {
+        placed,
+        fingerprint: Fingerprint::new(&config, hashes),
+        config,
+    })
 }
 
 impl<const D: usize> Outcome<D> {

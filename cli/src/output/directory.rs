@@ -11,7 +11,7 @@ use shapespace_picture::Canvas;
 
 use super::OutputError;
 use super::handle::Handle;
-use super::interrupted::{give_way, is_interrupted};
+use super::interrupted::{ENDING, give_way, is_interrupted};
 use super::kept::Kept;
 use super::staging::{Folder, new_file, renamed};
 
@@ -237,6 +237,14 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 /// the same name.
 pub(super) fn check_target(target: &Path) -> Result<(PathBuf, PathBuf), OutputError> {
     let plain = plain_name(target);
+    // Names that are too long, also of what stands beside it meanwhile, are told before anything is computed.
+    let mut longest = plain.clone().into_os_string();
+    longest.push(ENDING);
+    if let Err(error) = fs::symlink_metadata(&longest)
+        && error.kind() == ErrorKind::InvalidFilename
+    {
+        return Err(OutputError::at(target)(error));
+    }
     let is_taken = fs::symlink_metadata(&plain).is_ok() && !is_interrupted(&plain);
     if plain.file_name().is_none() || is_taken {
         return Err(OutputError::Exists {

@@ -14,7 +14,7 @@ pub(crate) const RESULT: &str = "result.json";
 /// The status of a computation that was interrupted.
 pub(crate) const CANCELLED: &str = "cancelled";
 /// The end of the name of an interrupted result that has given way.
-const ENDING: &str = ".interrupted";
+pub(super) const ENDING: &str = ".interrupted";
 
 /// Whether a name is that of a result that says that it was interrupted.
 pub(super) fn is_interrupted(path: &Path) -> bool {

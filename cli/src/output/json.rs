@@ -27,17 +27,14 @@ pub(super) fn json(path: &Path, value: &impl Serialize) -> Result<Value, OutputE
 /// # Errors
 /// [`OutputError::NotFinite`] with the place of the first null, [`OutputError::Unwritable`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), OutputError> {
-    fs::write(path, json_text(path, value)?).map_err(OutputError::at(path))
+    let text = text_of(path, &json(path, value)?)?;
+    fs::write(path, text).map_err(OutputError::at(path))
 }
 
-/// The text of [`write_json`].
-///
-/// # Errors
-/// [`OutputError::NotFinite`] with the place of the first null.
-pub fn json_text(path: &Path, value: &impl Serialize) -> Result<String, OutputError> {
+/// The indented text of a value.
+pub(super) fn text_of(path: &Path, value: &Value) -> Result<String, OutputError> {
     let failed = |error: serde_json::Error| OutputError::at(path)(error.into());
-    let value = json(path, value)?;
-    let mut text = serde_json::to_string_pretty(&value).map_err(failed)?;
+    let mut text = serde_json::to_string_pretty(value).map_err(failed)?;
     text.push('\n');
     Ok(text)
 }

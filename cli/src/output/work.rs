@@ -10,7 +10,8 @@ use serde::de::DeserializeOwned;
 
 use super::directory::{ResultDir, check_target, plain_name};
 use super::handle::{Handle, shown};
-use super::{OutputError, staging, write_json};
+use super::sealed::{sealed_text, unsealed};
+use super::{OutputError, staging};
 use shapespace_input::files::read_text;
 
 /// Ending of the name while the directory is not complete.
@@ -95,16 +96,17 @@ impl WorkDir {
         fs::create_dir_all(&path).map_err(OutputError::at(&path))
     }
 
-    /// Writes a value as JSON, and replaces an existing file.
+    /// Writes a value as JSON with its checksum, and replaces an existing file.
     ///
     /// # Errors
-    /// As [`write_json`].
+    /// As [`sealed_text`].
     pub fn put(&self, name: impl AsRef<Path>, value: &impl Serialize) -> Result<(), OutputError> {
         let path = self.file(name);
         let mut incomplete = path.clone().into_os_string();
         incomplete.push(ENDING);
         let incomplete = PathBuf::from(incomplete);
-        write_json(&incomplete, value)?;
+        let text = sealed_text(&incomplete, value)?;
+        fs::write(&incomplete, text).map_err(OutputError::at(&incomplete))?;
         // Else a power failure may leave the name without the contents.
         sync(&incomplete)?;
         fs::rename(&incomplete, &path).map_err(OutputError::at(&path))?;
@@ -133,10 +135,9 @@ impl WorkDir {
     }
 
     /// A value that was written as JSON; none where there is no such file, or where it holds
-    /// something else, as a file may after a power failure.
+    /// something else than was written, as a file may after a power failure.
     pub fn get<T: DeserializeOwned>(&self, name: impl AsRef<Path>) -> Option<T> {
-        let text = read_text(&self.file(name)).ok()?;
-        serde_json::from_str(&text).ok()
+        unsealed(&read_text(&self.file(name)).ok()?)
     }
 
     /// Whether nothing has been written in it yet: a run may have been killed before its description was

@@ -10,10 +10,11 @@ use shapespace_verify::{
 use super::args::VerifyArgs;
 use super::journal::Outcomes;
 use crate::error::{CliError, Exit};
+use crate::integrity::seal;
 use crate::memory::in_short;
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
-use crate::print::print;
+use crate::print::{print, print_or_note};
 use shapespace_input::terminal::note;
 
 /// What a run needs, in bytes: that of the largest experiments. A full run on two threads had 122 MiB, a quick one 41.
@@ -38,7 +39,7 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     write_all(&directory, &record)?;
     let target = directory.commit()?;
     outcomes.remove()?;
-    print(&table::plain(&record))?;
+    print_or_note(&table::plain(&record));
     note(format!(
         "{}; report in {}",
         record.summary(),
@@ -88,7 +89,7 @@ pub(crate) fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<
     ] {
         write_text(&directory.file(name), &text)?;
     }
-    Ok(())
+    Ok(seal(directory)?)
 }
 
 /// The statements that are named.

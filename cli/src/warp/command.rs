@@ -148,7 +148,7 @@ fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliE
     }?;
     let target = directory.commit()?;
     progress.finish();
-    summary.print(&target)?;
+    summary.print(&target);
     Ok(concluded(&summary, &args.run, start))
 }
 

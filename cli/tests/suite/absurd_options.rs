@@ -47,6 +47,13 @@ const ROWS: &[Row<'static>] = &[
     (AVERAGE, "label", &["1.5", "99999999999999999999"], ""),
     (
         AVERAGE,
+        "max-iterations",
+        &["9223372036854775808"],
+        "a number above",
+    ),
+    (AVERAGE, "mismatch-weight", &["1e-300"], "from 1e-18"),
+    (
+        AVERAGE,
         "weights",
         &["1,1", "1e308,1e308", "1", "0,0"],
         "weights",

@@ -6,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::{
-    Place, Results, arrays, drawn, grey_png, interrupted, killed, signalled, succeeded,
+    Place, Results, arrays, draw, drawn, grey_png, interrupted, killed, signalled, succeeded,
 };
 
 /// A statement whose experiment takes a moment.
@@ -189,6 +189,29 @@ fn closed_and_full_streams_end_no_command() {
         for name in names {
             assert!(place.path(&name).exists(), "{name}");
         }
+        let metric = format!("metric{k}");
+        let shape = ["metric", "disk0.npy", "--mode", "2", "--grid", "17"];
+        let arguments = [&shape[..], &["--allow-doubtful", "-o", &metric]].concat();
+        let run = with_streams(&place, &arguments, stream(), Stdio::piped());
+        assert_eq!(run.status.code(), Some(0), "{arguments:?}");
+        assert!(place.path(&metric).exists());
+    }
+}
+
+/// A name that is too long is told before anything is computed.
+#[test]
+fn names_that_are_too_long_are_refused_at_once() {
+    let place = Place::new();
+    draw(&place, "disk.npy", &["disk", "--grid", "17"]);
+    for (length, code) in [(250, 1), (240, 0)] {
+        let name = "x".repeat(length);
+        let run = place.compute(&[
+            "metric", "disk.npy", "--grid", "17", "--mode", "2", "-o", &name,
+        ]);
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(code), "{report}");
+        assert_eq!(report.contains("too long"), code != 0, "{report}");
+        assert!(code == 0 || !report.contains("reading"), "{report}");
     }
 }
 

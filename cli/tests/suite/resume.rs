@@ -159,6 +159,18 @@ fn modes_and_scores_resume_to_the_same_bits() {
     assert!(check(&place, &score) > 1, "{}", line!());
 }
 
+#[test]
+fn lengths_and_figures_resume_to_the_same_bits() {
+    let place = Place::new();
+    for (name, angle) in [("a.png", "180"), ("b.png", "170"), ("c.png", "150")] {
+        draw(&place, name, &["bar", "--angle", angle, "--grid", "65"]);
+    }
+    let length = ["length", "a.png", "b.png", "c.png", "--grid", "33"];
+    assert!(check(&place, &length) > 1, "{}", line!());
+    let figure = ["figure", "stiffness", "a.png", "b.png", "--grid", "33"];
+    assert!(check(&place, &figure) > 1, "{}", line!());
+}
+
 /// Experiments that have ended are not repeated.
 #[test]
 fn verification_goes_on_where_it_was_killed() {

@@ -141,8 +141,13 @@ impl<'a, const D: usize> Search<'a, D> {
     pub fn path(mut self, observer: &mut dyn Observer) -> Result<LagrangianPath<D>, GeodesicError> {
         let domains = self.domains();
         if domains == [Domain::Middle] {
-            let found = self.start_at_level_sets(observer)?;
-            return self.finish(found.ok_or(GeodesicError::Middle)?, observer);
+            let found = match self.start_at_level_sets(observer)? {
+                Some(found) => found,
+                // Cancelled before there was a shape between both: a path that has only begun.
+                None if self.ended() => self.start_at_identity(Domain::Start, observer)?,
+                None => return Err(GeodesicError::Middle),
+            };
+            return self.finish(found, observer);
         }
         let mut found = self.start_at_identity(domains[0], observer)?;
         for &domain in &domains[1..] {
