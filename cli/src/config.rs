@@ -41,6 +41,9 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// The command.
     const COMMAND: &'static str;
 
+    /// The command with what it needs beside its configuration.
+    const USAGE: &'static str = Self::COMMAND;
+
     /// Defaults of keys that are not set, if these depend on other keys.
     fn base(&self) -> Option<Self> {
         None

@@ -12,6 +12,7 @@ use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::compare::CompareConfig;
 use crate::distances::DistancesConfig;
 use crate::error::{CliError, Exit};
+use crate::figure::FigureConfig;
 use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
@@ -55,6 +56,8 @@ enum Configurable {
     Transport,
     /// Segmentation of grey images.
     Segment,
+    /// Figures and tables.
+    Figure,
 }
 
 /// Prints the default configuration of a command, with comments.
@@ -75,6 +78,7 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
         Configurable::Extend => usual::<ExtendConfig>(),
         Configurable::Transport => usual::<TransportConfig>(),
         Configurable::Segment => usual::<SegmentConfig>(),
+        Configurable::Figure => usual::<FigureConfig>(),
     };
     print(&text?)?;
     Ok(Exit::Success)
@@ -92,7 +96,7 @@ fn usual<C: Config>() -> Result<String, CliError> {
 }
 
 fn header<C: Config>() -> String {
-    format!("# shapespace {} --config THIS_FILE -o NEW\n", C::COMMAND)
+    format!("# shapespace {} --config THIS_FILE -o NEW\n", C::USAGE)
 }
 
 /// The lines of a key.

@@ -85,6 +85,7 @@ impl FigureConfig {
 
 impl Config for FigureConfig {
     const COMMAND: &'static str = "figure";
+    const USAGE: &'static str = "figure NAME";
 
     fn check(&self) -> Result<(), CliError> {
         Ok(self.params().check(self.inputs.len())?)

@@ -129,6 +129,17 @@ fn defaults_are_printed_with_comments_and_can_be_read() {
         assert!(report.contains("needs"), "{command}: {report}");
         assert!(!report.contains("usual.toml"), "{command}: {report}");
     }
+    // A figure has built-in inputs.
+    place.write("usual.toml", &place.run(&["config", "figure"]).stdout);
+    let figure = [
+        "figure",
+        "stiffness",
+        "--config",
+        "usual.toml",
+        "--grid",
+        "17",
+    ];
+    succeeded(&place.compute(&[&figure[..], &["-o", "out"]].concat()));
 }
 
 /// Runs `geodesic` with a configuration file and options; the report must hold all the words.
