@@ -7,7 +7,7 @@ mod args;
 mod record;
 
 use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between, memory_estimate};
-use fe_grid::ScalarField;
+use fe_grid::{Grid, ScalarField};
 use levelset::Doubt;
 
 use crate::error::CliError;
@@ -69,6 +69,11 @@ impl Command for LengthConfig {
         let settled = settle(placed, &[], None, &session.progress, &session.processes)?;
         let grid = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        announce(
+            self.memory(distances.len(), params, &grid),
+            &grid,
+            &session.progress,
+        )?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
         session.progress.stage("joining consecutive shapes");
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
@@ -84,8 +89,6 @@ impl Command for LengthConfig {
                 steps: given.step_energies().len(),
                 ..params.clone()
             };
-            let needed = memory_estimate(&params, 1, &grid);
-            announce(needed, &grid, &session.progress)?;
             let path = geodesic_between(first, last, &params, &mut watch)?;
             doubts.extend(path.doubts(&params));
             shortest = Some(path);
@@ -116,6 +119,33 @@ impl Command for LengthConfig {
         let record = record::record(outcome, &path, coordinates, session.start);
         record.write(directory)?;
         Ok(record::summary(&record))
+    }
+}
+
+impl LengthConfig {
+    /// Estimates the memory, in bytes: the shapes, as they are and as the ends of paths, the pieces of the given path,
+    /// which are kept, and the larger of one piece and of the geodesic, which has as many steps as all pieces.
+    fn memory<const D: usize>(
+        &self,
+        n_shapes: usize,
+        params: &GeodesicParams,
+        grid: &Grid<D>,
+    ) -> u64 {
+        let steps = n_shapes.saturating_sub(1) * params.steps;
+        // Of every step the level set and both kinds of deformations, and of every piece the start shape.
+        let kept = 2 * n_shapes + steps * (2 * D + 1) + n_shapes;
+        let of_piece = memory_estimate(params, 1, grid);
+        let of_geodesic = if self.no_geodesic {
+            0
+        } else {
+            let params = GeodesicParams {
+                steps,
+                ..params.clone()
+            };
+            memory_estimate(&params, 1, grid)
+        };
+        let kept = (size_of::<f64>() * kept * grid.n_nodes()) as u64;
+        kept + of_piece.max(of_geodesic)
     }
 }
 
