@@ -48,15 +48,13 @@ fn lines(errors: &[u8]) -> Vec<Value> {
 fn every_command_states_its_memory_before_it_computes() {
     let place = Place::new();
     disks(&place);
-    draw(
-        &place,
-        "c.npy",
-        &["disk", "--radius", ".25", "--grid", "33"],
-    );
-    place.write("groups.csv", b"shape,group\na,x\nb,y\nc,x\n");
+    for (name, radius) in [("c.npy", ".25"), ("d.npy", ".32")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "33"]);
+    }
+    place.write("groups.csv", b"shape,group\na,x\nb,y\nc,x\nd,y\n");
     let few = "--grid 17 --max-iterations 2";
     for (command, out) in [
-        (format!("average a.npy b.npy c.npy {few}"), "mean"),
+        (format!("average a.npy b.npy c.npy d.npy {few}"), "mean"),
         (format!("average a.npy b.npy --sweep 3 {few}"), "sweep"),
         (format!("average --joint a.npy b.npy {few}"), "joint"),
         (format!("geodesic a.npy b.npy -K 2 {few}"), "path"),
