@@ -93,10 +93,11 @@ fn averages_modes_and_differences_lie_in_the_world() {
     let names = balls(&place);
     let inputs: Vec<&str> = names.iter().map(String::as_str).collect();
     let average = ["average", "--grid", "17", "-o", "average"];
-    succeeded(&place.compute(&[&average[..], &inputs].concat()));
+    let printed = succeeded(&place.compute(&[&average[..], &inputs].concat()));
     let found = Results::read(&place.path("average"));
     let mean = radius(&found, "average.ply");
     assert!((mean - 10.0).abs() < 0.4, "{mean}");
+    subjects(&found, &names, &printed);
     changes_of_volume(&found, mean);
     carried_inputs(&found, mean);
 
@@ -128,6 +129,58 @@ fn averages_modes_and_differences_lie_in_the_world() {
     let options = ["--permutations", "99", "-o", "compared"];
     succeeded(&place.compute(&[&compare[..], &options].concat()));
     differences(&Results::read(&place.path("compared")), mean);
+}
+
+/// The table has a line for every input with what `result.json` has of it, and the volume of the average is said.
+fn subjects(found: &Results, names: &[String], printed: &str) {
+    let text = std::fs::read_to_string(found.path("subjects.csv")).unwrap();
+    let files: Vec<&str> = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').nth(1).unwrap())
+        .collect();
+    assert!(
+        files
+            .iter()
+            .zip(names)
+            .all(|(file, name)| file.ends_with(name))
+            && files.len() == 4
+    );
+    for (column_name, place) in [
+        ("volume", "/input/{}/volume"),
+        ("volume_input_units", "/input/{}/volume_input_units"),
+        ("elastic", "/energy/elastic/{}"),
+        ("mismatch", "/energy/mismatch/{}"),
+        ("dice", "/dice/{}"),
+        ("distance_mean_mm", "/hausdorff_input_units/{}/mean"),
+        ("distance_95_mm", "/hausdorff_input_units/{}/percentile_95"),
+        ("distance_max_mm", "/hausdorff_input_units/{}/maximum"),
+        ("least_determinant", "/strain/{}/determinant/least"),
+    ] {
+        for (i, value) in column(&text, column_name).into_iter().enumerate() {
+            let stated = found.number(&place.replace("{}", &i.to_string()));
+            assert!(
+                (value - stated).abs() <= 1e-9 * stated.abs(),
+                "{column_name}"
+            );
+        }
+    }
+    let spacing = found.number("/world/spacing/0");
+    let [inner, outer] =
+        ["distance_max_spacings", "distance_max_mm"].map(|name| column(&text, name));
+    assert!((inner[3] * spacing - outer[3]).abs() < 1e-9);
+    let volume = found.number("/average/volume_input_units");
+    let line = printed
+        .lines()
+        .find_map(|line| line.trim().strip_prefix("volume "));
+    let said: f64 = line
+        .unwrap()
+        .trim()
+        .strip_suffix(" mm^3")
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((said / volume - 1.0).abs() < 1e-3, "{said} {volume}");
 }
 
 /// Inside, the volume changes as that of the whole ball, seen at the samples of the average.
