@@ -13,12 +13,12 @@ use levelset::Doubt;
 use crate::error::CliError;
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
-use crate::geodesic::write::write_path_of_inputs;
+use crate::geodesic::write::write_path;
 use crate::memory::announce;
 use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, Placed, doubts_of, settle};
+use crate::shapes::{Input, Placed, doubts_of, records_of, settle};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -111,7 +111,8 @@ impl Command for LengthConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
-        let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
+        let inputs = records_of(&outcome.inputs);
+        let coordinates = write_path(directory, STEM, &inputs, &path)?;
         if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
             let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;
@@ -154,7 +155,8 @@ fn plan<const D: usize>(
     mut config: LengthConfig,
 ) -> Result<LengthPlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
-    let placed = Placed::new(images, &mut config.masks)?;
+    let mut placed = Placed::new(images, &mut config.masks)?;
+    placed.lead(&config.inputs, config.like.as_deref())?;
     Ok(LengthPlan { placed, config })
 }
 
