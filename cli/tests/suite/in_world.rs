@@ -144,7 +144,7 @@ fn assert_volume(results: &Results, name: &str, radius: f64) {
     let read = |name: String| Sources::files().read_numbers(&results.path(&name)).unwrap();
     let distance = read(format!("{name}_distance.nii.gz"));
     let mask = read(format!("{name}.nii.gz"));
-    assert_eq!((mask.size, mask.affine), (distance.size, distance.affine));
+    assert_eq!((&mask.size, mask.affine), (&distance.size, distance.affine));
     let [nx, ny] = [0, 1].map(|k| distance.size[k]);
     for (index, value) in distance.values.iter().enumerate() {
         let sample = [index % nx, index / nx % ny, index / (nx * ny)];
