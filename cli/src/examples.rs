@@ -91,7 +91,11 @@ const EXAMPLES: [(&str, &[&str]); 19] = [
     ),
 ];
 
-/// The examples of a command as text.
+/// The exit codes in short, below the examples.
+const EXIT_CODES: &str = "\
+Exit codes: 0 sound, 1 failed, 2 refused, 3 doubtful, 130 interrupted; see 'shapespace --help'.";
+
+/// The examples of a command as text, and the exit codes.
 pub(crate) fn examples(command: &str) -> String {
     let own = EXAMPLES.iter().find(|(name, _)| *name == command);
     let lines = own.map_or(&[][..], |(_, lines)| lines);
@@ -99,7 +103,7 @@ pub(crate) fn examples(command: &str) -> String {
         .iter()
         .map(|line| format!("  shapespace {line}"))
         .collect();
-    format!("Examples:\n{}", lines.join("\n"))
+    format!("Examples:\n{}\n\n{EXIT_CODES}", lines.join("\n"))
 }
 
 #[cfg(test)]
@@ -125,6 +129,8 @@ mod tests {
             let name = command.get_name();
             let help = command.get_after_help().map(ToString::to_string);
             let help = help.unwrap_or_default();
+            let (help, codes) = help.split_once("\n\n").unwrap_or_default();
+            assert_eq!(codes, super::EXIT_CODES, "{name}");
             let lines: Vec<&str> = help.lines().skip(1).collect();
             assert!(help.starts_with("Examples:"), "{name}");
             assert!((1..=3).contains(&lines.len()), "{name}");

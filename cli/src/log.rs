@@ -15,7 +15,7 @@ use shapespace_input::terminal::note;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
     /// A line for every event: an object with the keys `event` (`stage`, `iteration`, `note`, `result` or
-    /// `error`) and `seconds` since the start.
+    /// `error`) and `seconds` since the start, and others that `docs/formats.md` lists.
     Json,
 }
 

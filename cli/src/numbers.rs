@@ -9,6 +9,11 @@ pub(crate) fn shown(number: f64) -> String {
     }
 }
 
+/// A number with four figures.
+pub(crate) fn rounded(number: f64) -> f64 {
+    format!("{number:.3e}").parse().unwrap_or(number)
+}
+
 /// A number that is neither infinite nor NaN.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -41,6 +46,15 @@ pub(crate) fn plural(count: usize) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn four_figures_are_left() {
+        let all = [2913.6, 0.123456, 29_136_423.0, 0.0, 1e-300];
+        assert_eq!(
+            all.map(rounded),
+            [2914.0, 0.1235, 29_140_000.0, 0.0, 1e-300]
+        );
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use hyperelastic::LawSpec;
+use hyperelastic::{LawError, LawSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::config::{RUN, allow};
@@ -203,13 +203,29 @@ impl MaskOptions {
 /// its coefficients.
 ///
 /// # Errors
-/// [`CliError::Law`] where there is no such law.
+/// [`CliError::Parameter`] for moduli that no law has, and [`CliError::Law`] where there is no such law.
 pub(crate) fn resolve_law<const D: usize>(spec: &mut LawSpec) -> Result<(), CliError> {
     let resolved = spec.resolved::<D>();
     let checked = resolved.and_then(|resolved| resolved.compile::<D>().map(|_| resolved));
-    *spec = checked.map_err(|error| CliError::Law {
-        law: spec.law.to_string(),
-        source: error,
+    *spec = checked.map_err(|error| match error {
+        // No law has them: another one is no remedy.
+        LawError::Moduli { lambda, mu } => {
+            let is_lambda = !(0.0..=1e12).contains(&lambda);
+            let (name, value, expected) = if is_lambda {
+                ("lambda", lambda, "0 to 1e12")
+            } else {
+                ("mu", mu, "1e-12 to 1e12")
+            };
+            CliError::Parameter {
+                name,
+                value: shown(value),
+                expected: expected.into(),
+            }
+        }
+        error => CliError::Law {
+            law: spec.law.to_string(),
+            source: error,
+        },
     })?;
     Ok(())
 }

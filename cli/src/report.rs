@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
+use crate::numbers::rounded;
 use crate::output::ResultDir;
 pub(crate) use crate::output::{CANCELLED, RESULT};
 use crate::shapes::{InputRecord, WorldFrame, WorldRecord, common_scale};
@@ -180,12 +181,6 @@ impl<C, T, const D: usize> Record<C, T, D> {
     pub fn cancelled(&self) -> bool {
         self.status == CANCELLED
     }
-}
-
-/// A positive number with four figures.
-fn rounded(number: f64) -> f64 {
-    let digits = 10f64.powi(3 - number.log10().floor() as i32);
-    (number * digits).round() / digits
 }
 
 /// A configuration as TOML, which leaves out keys that are not set.

@@ -6,6 +6,7 @@ use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use crate::config::Config;
 use crate::error::CliError;
 use crate::integrity::Sums;
 use crate::output::numbered;
@@ -14,14 +15,47 @@ use shapespace_input::dimension::Dim;
 use shapespace_input::files::read_text;
 use shapespace_input::{bytes_of, decode_array};
 
-/// The record of a directory.
+/// The commands that take the results of others.
+const TAKEN_BY: [(&str, &[&str]); 6] = [
+    ("average", &["pca", "warp", "average --start"]),
+    ("geodesic", &["extend", "transport", "warp"]),
+    ("length", &["warp"]),
+    ("pca", &["synthesize", "score", "compare", "warp"]),
+    ("synthesize", &["warp"]),
+    ("distances", &["compare", "distances --merge"]),
+];
+
+/// That a directory is a result of another command, and who takes it.
+pub(crate) fn of_another(command: &str) -> String {
+    let takers = TAKEN_BY.iter().find(|(name, _)| *name == command);
+    let takers = takers.map_or_else(String::new, |(_, takers)| {
+        let takers: Vec<String> = takers.iter().map(|name| format!("`{name}`")).collect();
+        let verb = if takers.len() == 1 { "takes" } else { "take" };
+        format!(", which {} {verb}", listed(&takers))
+    });
+    format!("it is one of `shapespace {command}`{takers}")
+}
+
+/// Words with commas, and an `and` before the last.
+fn listed(words: &[String]) -> String {
+    match words {
+        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
+        _ => words.join(""),
+    }
+}
+
+/// The record of a directory that the command with this configuration has written.
 ///
 /// # Errors
 /// A description of the defect.
-pub(crate) fn read_record<C: DeserializeOwned, T: DeserializeOwned, const D: usize>(
+pub(crate) fn read_record<C: Config, T: DeserializeOwned, const D: usize>(
     directory: &Path,
 ) -> Result<Record<C, T, D>, String> {
-    read(directory)
+    match command_in(directory) {
+        // Another command has other fields.
+        Some(command) if command != C::COMMAND => Err(of_another(&command)),
+        _ => read(directory),
+    }
 }
 
 /// The dimension of the shapes of a directory.
@@ -59,9 +93,7 @@ fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
     serde_json::from_str(&text).map_err(|error| match command_of(&text) {
         // Another command has other fields.
-        Some(command) if error.to_string().starts_with("missing field") => {
-            format!("it is one of `shapespace {command}`")
-        }
+        Some(command) if error.to_string().starts_with("missing field") => of_another(&command),
         Some(command) => {
             format!("it is one of `shapespace {command}`, with other contents: {error}")
         }
@@ -246,6 +278,19 @@ impl<'a> ResultFields<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn results_of_others_name_who_takes_them() {
+        assert_eq!(
+            of_another("geodesic"),
+            "it is one of `shapespace geodesic`, which `extend`, `transport` and `warp` take"
+        );
+        assert_eq!(
+            of_another("length"),
+            "it is one of `shapespace length`, which `warp` takes"
+        );
+        assert_eq!(of_another("metric"), "it is one of `shapespace metric`");
+    }
 
     #[test]
     fn grids_have_the_spacing_of_the_record() {

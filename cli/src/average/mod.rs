@@ -2,7 +2,7 @@
 //!
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
-//! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights,
+//! directory, `draw` its picture, `strain` the maps of its strains, `table` its table of inputs. `sweep` averages with many weights,
 //! `views` reads visibility masks, `components` has shapes of several labels, `minima` minimises from several starts, `error_bars` repeats averages on coarser grids, `joint` averages
 //! grey images.
 
@@ -18,6 +18,7 @@ mod record;
 mod start;
 mod strain;
 mod sweep;
+mod table;
 mod views;
 mod write;
 

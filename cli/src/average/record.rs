@@ -136,6 +136,10 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
             "{total:.6e} = elastic {elastic:.3e} + mismatch {mismatch:.3e} + length {length:.3e}"
         ),
     );
+    summary.line(
+        if D == 2 { "area" } else { "volume" },
+        found.average.in_words(record.world.is_some()),
+    );
     let overlaps = found.result.dice.iter().enumerate();
     if let Some((worst, least)) = overlaps.min_by(|a, b| a.1.total_cmp(b.1)) {
         let path = record.input[worst].path.display();

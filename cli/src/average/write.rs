@@ -12,6 +12,7 @@ use super::components::{
 use super::draw::picture;
 use super::record::{record, summary};
 use super::strain::{self, Strains, write_maps};
+use super::table::write_subjects;
 use crate::error::CliError;
 use crate::output::energy::write_energy;
 use crate::output::names::{DISPLACEMENT, INPUT, VISIBILITY};
@@ -80,6 +81,7 @@ pub(super) fn write_all<const D: usize>(
     let volume = enclosed_volume(&outline)?;
     let sizes = (volume, records(outcome, &parts)?);
     let strains = strains.ranges();
+    write_subjects(directory, outcome, inputs, &strains)?;
     let record = record(outcome, sizes, place.record(), strains, session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))

@@ -111,7 +111,7 @@ fn columns<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Vec<(Str
     columns
 }
 
-/// The boundary of the average with all of it, and the means of the groups.
+/// The boundary of the average with all of it, the means of the groups, and the shapes that covariates predict.
 pub(super) fn boundaries<const D: usize>(
     outcome: &Outcome<D>,
     directory: &ResultDir,
@@ -133,12 +133,13 @@ pub(super) fn boundaries<const D: usize>(
     units
         .place()
         .write_with(directory, BOUNDARY, &found.outline, &arrays)?;
+    let place = &stored.average.place;
     for (g, mean) in found.means.iter().enumerate() {
-        let name = format!("mean_{g:03}");
-        stored
-            .average
-            .place
-            .write(directory, &name, &mean.outline)?;
+        place.write(directory, &format!("mean_{g:03}"), &mean.outline)?;
+    }
+    let predicted = found.covariates.iter().flat_map(|found| &found.shapes);
+    for (k, shape) in predicted.enumerate() {
+        place.write(directory, &format!("predicted_{k:03}"), &shape.outline)?;
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{BoundaryRecord, Input, InputRecord, ResultPlace, WorldFrame, records_of};
+use crate::shapes::{BoundaryRecord, InputRecord, ResultPlace, WorldFrame, records_of};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_steps_in_world};
 
@@ -35,7 +35,7 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
-    let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
+    let coordinates = write_path(directory, STEM, &records_of(&outcome.inputs), &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     directory.deformations("backward", 1, &outcome.result.backward_motions)?;
     if let Some(middle) = &outcome.result.middle {
@@ -56,33 +56,10 @@ pub(super) fn write_all<const D: usize>(
     Ok(summary(&record))
 }
 
-/// Writes the files of a path between inputs: those of [`write_path`], and its shapes as volumes and its steps as
-/// displacement fields in the world. Returns the coordinate systems of the boundaries.
-///
-/// # Errors
-/// [`CliError`]; the directory is incomplete then.
-pub(crate) fn write_path_of_inputs<const D: usize>(
-    directory: &ResultDir,
-    stem: &str,
-    inputs: &[Input<D>],
-    path: &Path<D>,
-) -> Result<BoundaryRecord, CliError> {
-    let inputs = &records_of(inputs);
-    let coordinates = write_path(directory, stem, inputs, path)?;
-    for (k, contour) in path.contours.iter().enumerate() {
-        // A shape that has vanished has no distance.
-        if !contour.points().is_empty() {
-            let grid = *path.parts.level_sets[k].grid();
-            write_shape(directory, &format!("shape_{k:03}"), inputs, contour, grid)?;
-        }
-    }
-    write_steps_in_world(directory, inputs, &path.parts.displacements)?;
-    Ok(coordinates)
-}
-
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
-/// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D. Pictures and series have the name `stem`. Returns the coordinate systems
-/// of the boundaries.
+/// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D. Where the inputs have a place in
+/// the world, the shapes are written as volumes there, and the steps as displacement fields. Pictures and series have
+/// the name `stem`. Returns the coordinate systems of the boundaries.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
@@ -103,8 +80,14 @@ pub(crate) fn write_path<const D: usize>(
     let place = ResultPlace::of_inputs(inputs);
     for (k, contour) in path.contours.iter().enumerate() {
         let name = format!("shape_{k:03}");
-        place.write_as(directory, &name, &["stl"], contour)?;
+        place.write(directory, &name, contour)?;
+        // A shape that has vanished has no distance.
+        if !contour.points().is_empty() {
+            let grid = *path.parts.level_sets[k].grid();
+            write_shape(directory, &name, inputs, contour, grid)?;
+        }
     }
+    write_steps_in_world(directory, inputs, &path.parts.displacements)?;
     Ok(place.record())
 }
 

@@ -28,6 +28,11 @@ pub struct LengthConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
+    /// Input in whose world coordinates the results lie, by its path or its file name [default: the
+    /// first].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[arg(long, value_name = "INPUT")]
+    pub like: Option<PathBuf>,
     /// Do not compute the geodesic between the first and the last shape for comparison.
     #[arg(long)]
     pub no_geodesic: bool,
@@ -42,6 +47,7 @@ impl Default for LengthConfig {
         Self {
             inputs: Vec::new(),
             masks: MaskOptions::default(),
+            like: None,
             no_geodesic: false,
             params: GeodesicParams {
                 steps: 1,

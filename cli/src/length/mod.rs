@@ -7,19 +7,19 @@ mod args;
 mod record;
 
 use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between, memory_estimate};
-use fe_grid::ScalarField;
+use fe_grid::{Grid, ScalarField};
 use levelset::Doubt;
 
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
-use crate::geodesic::write::write_path_of_inputs;
+use crate::geodesic::write::write_path;
 use crate::memory::announce;
 use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, Placed, doubts_of, settle};
+use crate::shapes::{Input, Placed, doubts_of, records_of, settle};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -76,6 +76,11 @@ impl Command for LengthConfig {
         let settled = settle(placed, &[], None, &session.progress, &session.processes)?;
         let grid = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        announce(
+            self.memory(distances.len(), params, &grid),
+            &grid,
+            &session.progress,
+        )?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
         session.progress.stage("joining consecutive shapes");
         let levels = grid.hierarchy(params.coarsest_nodes);
@@ -92,8 +97,6 @@ impl Command for LengthConfig {
                 steps: given.step_energies().len(),
                 ..params.clone()
             };
-            let needed = memory_estimate(&params, 1, &grid);
-            announce(needed, &grid, &session.progress)?;
             let path = geodesic_between(first, last, &params, &mut watch)?;
             doubts.extend(path.doubts(&params));
             shortest = Some(path);
@@ -118,7 +121,8 @@ impl Command for LengthConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
-        let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
+        let inputs = records_of(&outcome.inputs);
+        let coordinates = write_path(directory, STEM, &inputs, &path)?;
         if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
             let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;
@@ -129,13 +133,41 @@ impl Command for LengthConfig {
     }
 }
 
+impl LengthConfig {
+    /// Estimates the memory, in bytes: the shapes, as they are and as the ends of paths, the pieces of the given path,
+    /// which are kept, and the larger of one piece and of the geodesic, which has as many steps as all pieces.
+    fn memory<const D: usize>(
+        &self,
+        n_shapes: usize,
+        params: &GeodesicParams,
+        grid: &Grid<D>,
+    ) -> u64 {
+        let steps = n_shapes.saturating_sub(1) * params.steps;
+        // Of every step the level set and both kinds of deformations, and of every piece the start shape.
+        let kept = 2 * n_shapes + steps * (2 * D + 1) + n_shapes;
+        let of_piece = memory_estimate(params, 1, grid);
+        let of_geodesic = if self.no_geodesic {
+            0
+        } else {
+            let params = GeodesicParams {
+                steps,
+                ..params.clone()
+            };
+            memory_estimate(&params, 1, grid)
+        };
+        let kept = (size_of::<f64>() * kept * grid.n_nodes()) as u64;
+        kept + of_piece.max(of_geodesic)
+    }
+}
+
 fn plan<const D: usize>(
     images: Vec<Image<D>>,
     mut config: LengthConfig,
 ) -> Result<LengthPlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
     let hashes = images.iter().map(hash).collect();
-    let placed = Placed::new(images, &mut config.masks)?;
+    let mut placed = Placed::new(images, &mut config.masks)?;
+    placed.lead(&config.inputs, config.like.as_deref())?;
     Ok(LengthPlan {
         placed,
         fingerprint: Fingerprint::new(&config, hashes),

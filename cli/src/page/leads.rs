@@ -289,6 +289,7 @@ const LEADS: &[Lead] = &[
             ("positive definite", "/definite", All),
             ("imbalance of the stresses", "/imbalance", Share),
             ("Mahalanobis distance, most", "/mahalanobis/*", Most),
+            ("outliers", "/outliers/*", Count),
             ("size of the average", "/object_size", All),
         ],
         names: ("name", "/shapes/*"),
@@ -298,6 +299,7 @@ const LEADS: &[Lead] = &[
             ("p-value", "/p_value/*"),
             ("distance of the reconstruction", "/procrustes_distance/*"),
             ("residual, left out", "/left_out_residual/*"),
+            ("p-value, left out", "/quality/left_out/*/p_value"),
         ],
     },
     Lead {

@@ -2,7 +2,7 @@
 //! average, synthesis of shapes from scores, and scores of new shapes.
 //!
 //! `read` reads directories, `balance` continues averages, `components` has those of several labels, `displaced` is the average under a displacement, `command`, `synthesize` and `score` compute, `record` is the content
-//! of `result.json`, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and
+//! of `result.json`, `outliers` names shapes far from the others, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and
 //! `report` write the rest of the directory.
 
 mod args;
@@ -13,6 +13,7 @@ mod displaced;
 mod draw;
 mod images;
 mod map;
+mod outliers;
 mod procrustes;
 mod read;
 mod record;

@@ -20,7 +20,7 @@ use crate::output::names::VISIBILITY;
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
-use crate::shapes::{ResultPlace, WorldFrame};
+use crate::shapes::{InputRecord, ResultPlace, WorldFrame};
 use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
@@ -46,6 +46,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub files: Vec<PathBuf>,
     /// Samples of the first input along each axis, and its placement in the unit box.
     pub frame: (Vec<usize>, FrameTransform<D>),
+    /// Its shapes, as volumes in the world are written for them.
+    pub inputs: Vec<InputRecord<D>>,
     /// The world of its shapes, if they have one.
     pub world: Option<WorldFrame<D>>,
     /// The coordinates of its boundaries.
@@ -194,6 +196,7 @@ fn stored_average<const D: usize>(
         doubts: record.doubts,
         input_sums: record.input.iter().map(|i| i.sha256.clone()).collect(),
         sums: fields.sums().clone(),
+        inputs: record.input,
     })
 }
 

@@ -9,6 +9,7 @@ use shape_pca::{Mahalanobis, Quality, Scores, SolveReport, Variation};
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::balance::Continuation;
 use super::command::Outcome;
+use super::outliers::{Outlier, outliers};
 use super::procrustes::Procrustes;
 use crate::doubts::{named, of_repeated, of_source};
 use crate::report::Record;
@@ -77,6 +78,9 @@ pub(super) struct Analysis<'a> {
     pub quality: &'a Quality,
     /// For every shape, the relative residual with the modes of the other shapes.
     left_out_residual: Vec<f64>,
+    /// Shapes that lie unusually far from the others, in the modes of these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outliers: Vec<Outlier<'a>>,
     solves: &'a [SolveReport],
 }
 
@@ -148,6 +152,7 @@ pub(super) fn record<'a, const D: usize>(
         },
         quality,
         left_out_residual: quality.left_out.iter().map(Scores::residual).collect(),
+        outliers: outliers(&stored.names, quality),
         solves: &pca.solves,
     };
     let grid = stored.average.grid();
@@ -186,6 +191,11 @@ pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
     summary.line("eigenvalues", format!("{first:.4e}, ratios {ratios}"));
     let (name, state) = variation(record);
     summary.line(name, state);
+    if !found.outliers.is_empty() {
+        let outliers: Vec<String> = found.outliers.iter().map(Outlier::in_words).collect();
+        let text = format!("{}, in the modes of the other shapes", outliers.join(", "));
+        summary.line("outliers", text);
+    }
     if !found.crossing_ends.is_empty() {
         let ends = found.crossing_ends.join(", ");
         let remedy = "a smaller --amplitude, or synthesize --nonlinear, keeps them apart";

@@ -5,6 +5,7 @@ use std::path::Path;
 use shape_pca::{Metric, PcaParams, Variation};
 use shapespace_report::table::Table;
 
+use super::outliers::Outlier;
 use super::record::{Analysis, PcaRecord};
 use crate::output::{OutputError, write_text};
 
@@ -78,7 +79,14 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
              they sum to"
         }
     };
-    [
+    let outliers: Vec<String> = found.outliers.iter().map(Outlier::in_words).collect();
+    let outliers = (!outliers.is_empty()).then(|| {
+        format!(
+            "Outliers in the modes of the other inputs, with p-values times the number of inputs: {}.",
+            outliers.join(", ")
+        )
+    });
+    let properties = [
         format!("Inner product: {metric}."),
         format!("The average object is {state}."),
         format!(
@@ -97,9 +105,10 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
             (found.n_modes as f64 / counted as f64).sqrt()
         ),
         format!("Mahalanobis distances in the modes of the other inputs: at most {largest:.3}."),
-    ]
-    .map(|property| format!("- {property}"))
-    .join("\n")
+    ];
+    let lines = properties.into_iter().chain(outliers);
+    let lines: Vec<String> = lines.map(|property| format!("- {property}")).collect();
+    lines.join("\n")
 }
 
 /// The eigenvalues and the quality of the first modes.

@@ -20,6 +20,7 @@ use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
+use crate::warp::{write_labels, write_shape};
 use shapespace_picture::{Canvas, INK, Tiles, colour};
 
 /// A shape as a displacement of the average.
@@ -126,8 +127,14 @@ impl Command for SynthesizeConfig {
         })?;
         let place = &outcome.stored.average.place;
         place.write(directory, "shape", shape)?;
+        let (inputs, grid) = (&outcome.stored.average.inputs, *level_set.grid());
+        write_shape(directory, "shape", inputs, shape, grid)?;
         for (label, (part, _)) in labels.iter().zip(&parts) {
             place.write(directory, &format!("shape_label_{label}"), part)?;
+        }
+        if !labels.is_empty() {
+            let parts: Vec<_> = parts.into_iter().map(|(part, _)| part).collect();
+            write_labels(directory, "shape", inputs, shape, (&labels, &parts), grid)?;
         }
         let record = record(outcome, self, &object, session.start)?;
         record.write(directory)?;

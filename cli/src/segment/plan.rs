@@ -8,7 +8,7 @@ use phasefield::segmentation::{SegmentationParams, Weights};
 use super::args::{SegmentConfig, wrong_truth};
 use crate::error::CliError;
 use crate::grid::check_nodes;
-use crate::shapes::{InputRecord, labels};
+use crate::shapes::{InputRecord, file_names, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::place::{nodal_values, whole_frame};
 use shapespace_input::{GreyRange, Image, ReadOptions, Sources};
@@ -17,10 +17,19 @@ use shapespace_input::{GreyRange, Image, ReadOptions, Sources};
 pub(crate) struct Placed<const D: usize> {
     pub image: Image<D>,
     pub input: InputRecord<D>,
+    /// Names of the files of its object, without extension.
+    pub files: ObjectFiles,
     pub range: GreyRange,
     pub nodal: ScalarField<f64, D>,
     /// The true object.
     pub truth: Option<Image<D>>,
+}
+
+/// Names of the files of an object, which are inputs of other commands and have the name of their image.
+pub(crate) struct ObjectFiles {
+    pub mask: String,
+    /// The outline or the surface.
+    pub boundary: String,
 }
 
 /// Images that are read, placed and checked, and the parameters of the computation.
@@ -50,15 +59,22 @@ fn plan<const D: usize>(
     mut config: SegmentConfig,
 ) -> Result<SegmentPlan<D>, CliError> {
     let truth = read_truth(&images, sources, &config)?;
-    let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
-    let placed = images.into_iter().zip(ranges).zip(names).zip(truth);
+    let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
+    let names = labels(&paths);
+    let masks = file_names("mask", &paths);
+    let boundaries = file_names(if D == 2 { "outline" } else { "surface" }, &paths);
+    let files = masks.into_iter().zip(boundaries);
+    let files = files.map(|(mask, boundary)| ObjectFiles { mask, boundary });
+    let named: Vec<_> = names.into_iter().zip(files).collect();
+    let placed = images.into_iter().zip(ranges).zip(named).zip(truth);
     let placed: Result<Vec<_>, CliError> = placed
-        .map(|(((image, range), name), truth)| {
+        .map(|(((image, range), (name, files)), truth)| {
             let nodes = nodes(&image, config.grid)?;
             let (frame, grid) = whole_frame(&image, nodes)?;
             Ok(Placed {
                 nodal: nodal_values(&image, &frame, grid)?,
                 input: InputRecord::of_image(&image, name, range, frame),
+                files,
                 range,
                 image,
                 truth,

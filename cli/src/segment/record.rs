@@ -47,6 +47,10 @@ struct ImageRecord<'a, const D: usize> {
 
 #[derive(Clone, Debug, Serialize)]
 struct ObjectRecord {
+    /// The file of its mask.
+    mask: String,
+    /// The file of its outline or its surface.
+    boundary: String,
     /// In grey values of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     threshold: Option<f64>,
@@ -78,7 +82,11 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
         let object = found.object.as_ref().map(|object| {
             let volume = enclosed_volume(&object.outline).unwrap_or(0.0);
             let truth = object.truth.as_ref();
+            let files = &placed.files;
+            let extension = if D == 2 { "csv" } else { "stl" };
             ObjectRecord {
+                mask: format!("{}.npy", files.mask),
+                boundary: format!("{}.{extension}", files.boundary),
                 threshold: object.threshold.map(|t| placed.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),

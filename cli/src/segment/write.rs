@@ -73,9 +73,11 @@ fn write_image<const D: usize>(
     let edges: Vec<bool> = edges.collect();
     directory.mask(name("edges"), &edges, &grid.nodes_per_axis())?;
     if let Some(object) = &found.object {
-        directory.mask(name("mask"), &object.mask, &found.placed.image.size)?;
-        write_boundary(directory, i, found, &object.outline)?;
-        directory.with_file(numbered("mask", i, "nii.gz"), |path| {
+        let mask = &found.placed.files.mask;
+        let size = &found.placed.image.size;
+        directory.mask(format!("{mask}.npy"), &object.mask, size)?;
+        write_boundary(directory, found, &object.outline)?;
+        directory.with_file(format!("{mask}.nii.gz"), |path| {
             write_volume_mask(path, &found.placed.image, &object.mask)
         })?;
     }
@@ -94,13 +96,13 @@ fn write_image<const D: usize>(
 /// lengths of its file where it has none.
 fn write_boundary<const D: usize>(
     directory: &ResultDir,
-    i: usize,
     found: &Found<D>,
     outline: &Contour<D>,
 ) -> Result<(), OutputError> {
+    let name = &found.placed.files.boundary;
     let samples = outline.map(|p| found.placed.input.frame.to_sample(p));
     if D == 2 {
-        return directory.with_file(numbered("outline", i, "csv"), |path| {
+        return directory.with_file(format!("{name}.csv"), |path| {
             write_outline(path, &Shape::of(&samples).closed_curves())
         });
     }
@@ -112,7 +114,7 @@ fn write_boundary<const D: usize>(
     });
     let shift = SVector::<f64, D>::from_fn(|i, _| affine.map_or(0.0, |affine| affine[i][3]));
     let placed = samples.transformed(&matrix, &shift);
-    directory.with_file(numbered("surface", i, "stl"), |path| {
+    directory.with_file(format!("{name}.stl"), |path| {
         write_surface(path, Shape::of(&placed).surface(), &[], affine.is_some())
     })
 }

@@ -41,6 +41,29 @@ pub(crate) fn labels(paths: &[&Path]) -> Vec<String> {
     }
 }
 
+/// Longest name of an input in the name of a file: with what comes before and after it, it is no longer than file
+/// systems allow, whatever its characters.
+const LONGEST: usize = 48;
+
+/// Distinct names for files that belong to inputs, such as `mask_fish` for `fish.png`: the kind, and the name of the
+/// input without extension. Where two are equal but for their case, which not all systems tell apart, all have
+/// the number of their input as well. A name that begins with the kind is not given it again.
+pub(crate) fn file_names(kind: &str, paths: &[&Path]) -> Vec<String> {
+    let kind = format!("{kind}_");
+    let short = |path: &&Path| -> String {
+        let stem = stem(path);
+        let name = stem.strip_prefix(&kind).unwrap_or(&stem);
+        kind.chars().chain(name.chars().take(LONGEST)).collect()
+    };
+    let names: Vec<String> = paths.iter().map(short).collect();
+    let folded: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    if all_differ(&folded) {
+        return names;
+    }
+    let numbered = names.into_iter().enumerate();
+    numbered.map(|(i, name)| format!("{name}_{i:03}")).collect()
+}
+
 fn all_differ(names: &[String]) -> bool {
     let mut sorted: Vec<&String> = names.iter().collect();
     sorted.sort();
@@ -96,6 +119,30 @@ mod tests {
     fn check(paths: &[&str], expected: &[&str]) {
         let paths: Vec<&Path> = paths.iter().map(|path| Path::new(*path)).collect();
         assert_eq!(labels(&paths), expected);
+    }
+
+    #[test]
+    fn files_have_the_names_of_inputs() {
+        let named = |paths: &[&str]| {
+            let paths: Vec<&Path> = paths.iter().map(|path| Path::new(*path)).collect();
+            file_names("mask", &paths)
+        };
+        assert_eq!(
+            named(&["x/fish.png", "y/brain.nii.gz"]),
+            ["mask_fish", "mask_brain"]
+        );
+        assert_eq!(named(&["mask_000.npy"]), ["mask_000"]);
+        assert_eq!(
+            named(&["x/a.png", "y/A.png", "y/b.png"]),
+            ["mask_a_000", "mask_A_001", "mask_b_002"]
+        );
+        assert_eq!(
+            named(&["a.png", "mask_a.png"]),
+            ["mask_a_000", "mask_a_001"]
+        );
+        // An umlaut is cut off as a whole.
+        let long = format!("{}.png", "ö".repeat(99));
+        assert_eq!(named(&[&long]), [format!("mask_{}", "ö".repeat(LONGEST))]);
     }
 
     #[test]

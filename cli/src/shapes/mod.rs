@@ -45,7 +45,7 @@ pub(crate) use inspect::{
     Likeness, add_topologies, doubts_of, inspect_mask, inspect_resolution, inspect_thinness,
 };
 use inspect::{doubts_of_resolution, sample_distance, unresolved};
-pub(crate) use label::{labels, stem, with_folder};
+pub(crate) use label::{file_names, labels, stem, with_folder};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::Alignment;
+use crate::numbers::rounded;
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::{GreyRange, Image};
 
@@ -175,6 +176,19 @@ impl<const D: usize> InputRecord<D> {
 }
 
 impl SizeRecord {
+    /// The area or volume in words, in millimetres in the world, else in units of the inputs where they have one in
+    /// common.
+    pub fn in_words(&self, in_world: bool) -> String {
+        let power = if self.area.is_some() { 2 } else { 3 };
+        let physical = self.area_input_units.or(self.volume_input_units);
+        let whole = self.area.or(self.volume).unwrap_or_default();
+        match physical {
+            Some(size) if in_world => format!("{} mm^{power}", rounded(size)),
+            Some(size) => format!("{} in units of the inputs", rounded(size)),
+            None => format!("{} in the unit box", rounded(whole)),
+        }
+    }
+
     /// The record of an area or volume in the unit box, and in length units of the inputs, if these
     /// have a common scale.
     pub fn new<const D: usize>(volume: f64, scale: Option<f64>) -> Self {

@@ -82,20 +82,6 @@ impl<const D: usize> ResultPlace<D> {
         name: &str,
         shape: &Contour<D>,
     ) -> Result<(), OutputError> {
-        self.write_as(directory, name, &EXTENSIONS, shape)
-    }
-
-    /// The same with surfaces in these formats only.
-    ///
-    /// # Errors
-    /// [`OutputError::Unwritable`].
-    pub fn write_as(
-        &self,
-        directory: &ResultDir,
-        name: &str,
-        extensions: &[&str],
-        shape: &Contour<D>,
-    ) -> Result<(), OutputError> {
         if !directory.has_files() {
             return Ok(());
         }
@@ -104,7 +90,7 @@ impl<const D: usize> ResultPlace<D> {
             let path = directory.file(format!("{name}_outline"));
             return write_outline(&path, &placed.closed_curves());
         }
-        for extension in extensions {
+        for extension in EXTENSIONS {
             let path = directory.file(Path::new(name).with_extension(extension));
             write_surface(&path, placed.surface(), &[], self.in_world())?;
         }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::route::{Leg, Route, WorldMap, along};
 use super::samples::Side;
-use super::way::{Between, Way};
+use super::way::{Between, Way, unfit};
 use crate::error::CliError;
 use crate::output::numbered;
 use crate::pca::{Displaced, read_pca};
@@ -44,14 +44,6 @@ struct Reading<'a, const D: usize> {
 struct End<const D: usize> {
     coordinates: Coordinates<D>,
     side: Side,
-}
-
-fn unfit(directory: &Path, reason: String) -> CliError {
-    CliError::NoResult {
-        path: directory.into(),
-        command: "average`, `shapespace geodesic` or `shapespace pca",
-        reason,
-    }
 }
 
 impl StoredMap {

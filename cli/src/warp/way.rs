@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::Args;
 
 use crate::error::CliError;
+use crate::results::of_another;
 
 /// Two shapes of a result: which options there are depends on the result.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
@@ -47,6 +48,15 @@ pub(super) enum Between {
     Synthesized,
 }
 
+/// The error for a directory that has no deformations.
+pub(super) fn unfit(directory: &Path, reason: String) -> CliError {
+    CliError::NoResult {
+        path: directory.into(),
+        command: "average`, `geodesic`, `length`, `pca` or `synthesize",
+        reason,
+    }
+}
+
 impl Way {
     /// The shapes of a result of this command.
     ///
@@ -59,13 +69,7 @@ impl Way {
             "geodesic" | "length" => &["--time", "--from-time"],
             "pca" => &["--scores"],
             "synthesize" => &[],
-            other => {
-                return Err(CliError::NoResult {
-                    path: directory.into(),
-                    command: "average",
-                    reason: format!("it is one of `shapespace {other}`"),
-                });
-            }
+            other => return Err(unfit(directory, of_another(other))),
         };
         let given = [
             ("--shape", self.shape.is_some()),

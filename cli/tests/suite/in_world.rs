@@ -93,10 +93,11 @@ fn averages_modes_and_differences_lie_in_the_world() {
     let names = balls(&place);
     let inputs: Vec<&str> = names.iter().map(String::as_str).collect();
     let average = ["average", "--grid", "17", "-o", "average"];
-    succeeded(&place.compute(&[&average[..], &inputs].concat()));
+    let printed = succeeded(&place.compute(&[&average[..], &inputs].concat()));
     let found = Results::read(&place.path("average"));
     let mean = radius(&found, "average.ply");
     assert!((mean - 10.0).abs() < 0.4, "{mean}");
+    subjects(&found, &names, &printed);
     changes_of_volume(&found, mean);
     carried_inputs(&found, mean);
 
@@ -119,15 +120,138 @@ fn averages_modes_and_differences_lie_in_the_world() {
     assert_eq!(shape.json["surface"]["coordinates"], "world");
     let expected = radius(&modes, "mode_000_plus.ply");
     assert!((radius(&shape, "shape.vtp") - expected).abs() < 1e-6);
+    assert_volume(&shape, "shape", expected);
 
     place.write(
         "groups.csv",
-        b"file,group\nball_0,small\nball_1,small\nball_2,large\nball_3,large\n",
+        b"file,group,age\nball_0,small,1\nball_1,small,2\nball_2,large,4\nball_3,large,5\n",
     );
-    let compare = ["compare", "modes", "--groups", "groups.csv"];
+    let compare = [
+        "compare",
+        "modes",
+        "--groups",
+        "groups.csv",
+        "--covariates",
+        "age",
+    ];
     let options = ["--permutations", "99", "-o", "compared"];
     succeeded(&place.compute(&[&compare[..], &options].concat()));
     differences(&Results::read(&place.path("compared")), mean);
+}
+
+/// A mask and a signed distance in the world are those of a ball.
+fn assert_volume(results: &Results, name: &str, radius: f64) {
+    let read = |name: String| Sources::files().read_numbers(&results.path(&name)).unwrap();
+    let distance = read(format!("{name}_distance.nii.gz"));
+    let mask = read(format!("{name}.nii.gz"));
+    assert_eq!((&mask.size, mask.affine), (&distance.size, distance.affine));
+    let [nx, ny] = [0, 1].map(|k| distance.size[k]);
+    for (index, value) in distance.values.iter().enumerate() {
+        let sample = [index % nx, index / nx % ny, index / (nx * ny)];
+        let from_middle = away(mapped(&distance.affine.unwrap(), sample.map(|n| n as f64)));
+        let expected = radius - from_middle;
+        assert!((value - expected).abs() < 1.2, "{name} {value} {expected}");
+        assert_eq!(mask.values[index] > 0.0, *value > 0.0);
+    }
+}
+
+/// Shapes of every path are volumes and surfaces of all formats, and its steps displacement fields.
+#[test]
+fn paths_and_their_continuations_lie_in_the_world() {
+    let place = Place::new();
+    balls(&place);
+    let like = "--like ball_3.nii --no-geodesic";
+    for (command, out, last) in [
+        (
+            "geodesic ball_0.nii ball_2.nii --grid 17 -K 1",
+            "path",
+            RADII[2],
+        ),
+        // As much larger again.
+        ("extend path -K 1", "beyond", 12.0),
+        ("transport path ball_1.nii --steps 1", "beside", 11.0),
+        (
+            &format!("length ball_0.nii ball_3.nii --grid 17 {like}"),
+            "length",
+            RADII[3],
+        ),
+    ] {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        succeeded(&place.compute(&[&words[..], &["-o", out]].concat()));
+        let results = Results::read(&place.path(out));
+        let shapes = if out == "beyond" { 3 } else { 2 };
+        let end = format!("shape_{:03}", shapes - 1);
+        for extension in ["stl", "ply", "vtp"] {
+            let found = radius(&results, &format!("{end}.{extension}"));
+            assert!((found - last).abs() < 0.7, "{out} {found}");
+        }
+        assert_volume(&results, &end, last);
+        assert!(results.path("inverse_warp_001.nii.gz").is_file(), "{out}");
+        let of_input = if out == "length" { 1 } else { 0 };
+        assert_eq!(results.json["world"]["of_input"], of_input);
+    }
+    let run = place.run(&[
+        "length",
+        "ball_0.nii",
+        "ball_3.nii",
+        "--like",
+        "ball_1.nii",
+        "-o",
+        "x",
+    ]);
+    assert_eq!(run.status.code(), Some(2));
+}
+
+/// The table has a line for every input with what `result.json` has of it, and the volume of the average is said.
+fn subjects(found: &Results, names: &[String], printed: &str) {
+    let text = std::fs::read_to_string(found.path("subjects.csv")).unwrap();
+    let files: Vec<&str> = text
+        .lines()
+        .skip(1)
+        .map(|l| l.split(',').nth(1).unwrap())
+        .collect();
+    assert!(
+        files
+            .iter()
+            .zip(names)
+            .all(|(file, name)| file.ends_with(name))
+            && files.len() == 4
+    );
+    for (column_name, place) in [
+        ("volume", "/input/{}/volume"),
+        ("volume_input_units", "/input/{}/volume_input_units"),
+        ("elastic", "/energy/elastic/{}"),
+        ("mismatch", "/energy/mismatch/{}"),
+        ("dice", "/dice/{}"),
+        ("distance_mean_mm", "/hausdorff_input_units/{}/mean"),
+        ("distance_95_mm", "/hausdorff_input_units/{}/percentile_95"),
+        ("distance_max_mm", "/hausdorff_input_units/{}/maximum"),
+        ("least_determinant", "/strain/{}/determinant/least"),
+    ] {
+        for (i, value) in column(&text, column_name).into_iter().enumerate() {
+            let stated = found.number(&place.replace("{}", &i.to_string()));
+            assert!(
+                (value - stated).abs() <= 1e-9 * stated.abs(),
+                "{column_name}"
+            );
+        }
+    }
+    let spacing = found.number("/world/spacing/0");
+    let [inner, outer] =
+        ["distance_max_spacings", "distance_max_mm"].map(|name| column(&text, name));
+    assert!((inner[3] * spacing - outer[3]).abs() < 1e-9);
+    let volume = found.number("/average/volume_input_units");
+    let line = printed
+        .lines()
+        .find_map(|line| line.trim().strip_prefix("volume "));
+    let said: f64 = line
+        .unwrap()
+        .trim()
+        .strip_suffix(" mm^3")
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((said / volume - 1.0).abs() < 1e-3, "{said} {volume}");
 }
 
 /// Inside, the volume changes as that of the whole ball, seen at the samples of the average.
@@ -198,6 +322,18 @@ fn differences(found: &Results, mean: f64) {
     assert_eq!(points.len(), lengths.len());
     assert!((points[7][1] - axes[1][7]).abs() < 1e-9);
     assert!(radius(found, "mean_000.ply") < radius(found, "mean_001.ply"));
+    // Balls grow with their age.
+    let predicted = [
+        "predicted_000.vtp",
+        "predicted_001.stl",
+        "predicted_002.ply",
+    ];
+    let predicted = predicted.map(|name| radius(found, name));
+    assert!(
+        predicted.is_sorted() && predicted[2] - predicted[0] > 0.5,
+        "{predicted:?}"
+    );
+    assert!((predicted[1] - mean).abs() < 0.3, "{predicted:?} {mean}");
 
     let scene = scene(found);
     let bars = scene["bars"].as_array().unwrap();

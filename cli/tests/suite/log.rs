@@ -10,7 +10,22 @@ fn disks(place: &Place) {
     }
 }
 
-/// The lines of standard error, all of which have to be objects.
+/// The fields of the lines of an event, as they are documented.
+fn documented(event: &str) -> Vec<String> {
+    let text = include_str!("../../../docs/formats.md");
+    let row = text.lines().find_map(|line| {
+        let row = line.strip_prefix(&format!("| `{event}` | "))?;
+        row.split_once(" | ").map(|(fields, _)| fields)
+    });
+    let row = row.unwrap_or_else(|| panic!("'{event}' is not documented"));
+    let words = row.split('`').skip(1).step_by(2);
+    words
+        .chain(["seconds", "event"])
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The lines of standard error, all of which have to be objects of documented fields.
 fn lines(errors: &[u8]) -> Vec<Value> {
     let text = String::from_utf8(errors.to_vec()).unwrap();
     let parsed = text.lines().map(|line| {
@@ -19,9 +34,68 @@ fn lines(errors: &[u8]) -> Vec<Value> {
             value["event"].is_string() && value["seconds"].is_f64(),
             "{line}"
         );
+        let known = documented(value["event"].as_str().unwrap());
+        for field in value.as_object().unwrap().keys() {
+            assert!(known.contains(field), "{field}: {line}");
+        }
         value
     });
     parsed.collect()
+}
+
+/// Whoever has not enough memory need not wait for what comes to nothing.
+#[test]
+fn every_command_states_its_memory_before_it_computes() {
+    let place = Place::new();
+    disks(&place);
+    for (name, radius) in [("c.npy", ".25"), ("d.npy", ".32")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "33"]);
+    }
+    place.write("groups.csv", b"shape,group\na,x\nb,y\nc,x\nd,y\n");
+    let few = "--grid 17 --max-iterations 2";
+    for (command, out) in [
+        (format!("average a.npy b.npy c.npy d.npy {few}"), "mean"),
+        (format!("average a.npy b.npy --sweep 3 {few}"), "sweep"),
+        (format!("average --joint a.npy b.npy {few}"), "joint"),
+        (format!("geodesic a.npy b.npy -K 2 {few}"), "path"),
+        (format!("length a.npy c.npy b.npy {few}"), "length"),
+        (format!("length a.npy b.npy --no-geodesic {few}"), "given"),
+        ("metric a.npy --mode 2 --grid 17".into(), "metric"),
+        ("extend path -K 1".into(), "beyond"),
+        ("transport path c.npy --steps 1".into(), "beside"),
+        (format!("distances a.npy b.npy -K 1 {few}"), "distances"),
+        (format!("segment a.npy {few}"), "found"),
+        ("pca mean".into(), "modes"),
+        ("synthesize modes --scores 1".into(), "shape"),
+        ("score b.npy --pca modes".into(), "scores"),
+        (
+            "compare modes --groups groups.csv --permutations 9".into(),
+            "groups",
+        ),
+        (format!("figure weights a.npy b.npy c.npy {few}"), "figure"),
+    ] {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let log = ["--log", "json", "-o", out];
+        let run = place.compute(&[&words[..], &log].concat());
+        let found = lines(&run.stderr);
+        assert_eq!(run.status.code(), Some(0), "{command}: {found:?}");
+        let begins = |event: &str, text: &str| {
+            found.iter().position(|line| {
+                let starts = |found: &str| found.starts_with(text);
+                line["event"] == event && line["text"].as_str().is_none_or(starts)
+            })
+        };
+        let memory = begins("note", "memory: about");
+        let memory = memory.unwrap_or_else(|| panic!("{command}: {found:?}"));
+        let first = [
+            begins("stage", "level "),
+            begins("stage", "equation "),
+            begins("iteration", ""),
+        ];
+        for first in first.into_iter().flatten() {
+            assert!(memory < first, "{command}: {found:?}");
+        }
+    }
 }
 
 #[test]

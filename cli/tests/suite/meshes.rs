@@ -343,7 +343,7 @@ fn segmented_objects_stay_in_the_world() {
     let affine = lattice(axes, size);
     SOLID.write(&place, "a.nii", size, &affine);
     succeeded(&place.compute(&["segment", "a.nii", "--grid", "17", "-o", "out"]));
-    let mask = read_numbers(&place.path("out/mask_000.nii.gz")).unwrap();
+    let mask = read_numbers(&place.path("out/mask_a.nii.gz")).unwrap();
     assert_eq!(mask.size, size);
     for (found, expected) in mask.affine.unwrap().iter().zip(affine) {
         for k in 0..4 {
@@ -351,7 +351,7 @@ fn segmented_objects_stay_in_the_world() {
         }
     }
     let image = solid(
-        &std::fs::read(place.path("out/surface_000.stl")).unwrap(),
+        &std::fs::read(place.path("out/surface_a.stl")).unwrap(),
         "a.stl",
     );
     // Normals point outwards although the axes are exchanged.

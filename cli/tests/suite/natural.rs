@@ -138,9 +138,26 @@ fn mistakes_get_an_answer() {
     let average = ["average", "a.png", "b.png", "-o", "x"];
     let with = |more: [&'static str; 2]| [&average[..], &more].concat();
     wrong(&with(["--memory", "4"]), "give a unit, such as 4GiB");
-    wrong(&with(["--mu", "-1"]), "mu");
+    for (option, value, allowed) in [
+        ("--mu", "-1", "help: allowed: 1e-12 to 1e12"),
+        ("--mu", "0", "help: allowed: 1e-12 to 1e12"),
+        ("--lambda", "-2", "help: allowed: 0 to 1e12"),
+    ] {
+        let given = with([option, value]);
+        wrong(&given, &format!("{option} "));
+        wrong(&given, &format!("is not allowed {allowed}"));
+    }
     let another = "it is one of `shapespace average`";
     wrong(&["extend", "mean", "-o", "x"], another);
+    // Fields of another command are no defect of a file.
+    let taken = format!("{another}, which `pca`, `warp` and `average --start` take help:");
+    wrong(&["extend", "mean", "-o", "x"], &taken);
+    let any = "name a directory that `shapespace average`, `geodesic`, `length`, `pca` or `synthesize` has written";
+    wrong(&["warp", ".", "a.png", "-o", "x"], any);
+    succeeded(&place.compute(&[
+        "metric", "a.png", "--mode", "2", "--grid", "17", "-o", "metric",
+    ]));
+    wrong(&["warp", "metric", "a.png", "-o", "x"], any);
     wrong(&["score", "a.png", "--pca", "mean", "-o", "x"], another);
     wrong(&["synthesize", "mean", "--scores", "1", "-o", "x"], another);
     succeeded(&place.compute(&["pca", "mean", "-o", "modes"]));
@@ -195,4 +212,35 @@ fn mistakes_get_an_answer() {
         &["synthesize", "moved/modes", "--scores", "1", "-o", "x"],
         "put it beside the modes",
     );
+}
+
+/// Subjects keep their names in tables, plots and reports, whatever their letters.
+#[test]
+fn subjects_are_named() {
+    let place = Place::new();
+    let subjects = ["Größe Müller", "Łódź", "λ_Straße, 2"];
+    let files = subjects.map(|name| format!("{name}.png"));
+    for (file, radius) in files.iter().zip([8.0, 9.0, 10.0]) {
+        place.write(file, &disk(radius, true));
+    }
+    let files = files.each_ref().map(String::as_str);
+    averaged(&place, &files, "mean");
+    succeeded(&place.compute(&["pca", "mean", "-o", "modes"]));
+    let few = [&QUICK[..], &["-K", "1", "-o", "all"]].concat();
+    succeeded(&place.compute(&[&["distances"], &files[..], &few].concat()));
+    for table in ["mean/subjects.csv", "modes/scores.csv", "all/distances.csv"] {
+        let text = std::fs::read_to_string(place.path(table)).unwrap();
+        for name in subjects {
+            let cell = if name.contains(',') {
+                format!("\"{name}\"")
+            } else {
+                name.to_owned()
+            };
+            assert!(text.contains(&cell), "{table}: {text}");
+        }
+    }
+    for page in ["mean", "modes", "all"] {
+        let page = std::fs::read_to_string(place.path(&format!("{page}/report.html"))).unwrap();
+        assert!(subjects.iter().all(|name| page.contains(name)));
+    }
 }

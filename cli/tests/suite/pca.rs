@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Place, Results, array, arrays, drawn, npy_f64, picture_size, succeeded};
+use crate::common::{Place, Results, array, arrays, draw, drawn, npy_f64, picture_size, succeeded};
 
 /// The average of shapes of a family, and its modes.
 fn analysed(place: &Place, shapes: &[String], grid: &str, options: &[&str]) -> Results {
@@ -301,4 +301,46 @@ fn what_cannot_be_used_is_refused() {
     refused(&place, &many, &["--scores", "1 modes"]);
     let none = ["score", &bars[0], "--pca", "average", "-o", "on"];
     refused(&place, &none, &["shapespace pca"]);
+}
+
+/// A shape far from the others is named with its p-value; without one nothing is said.
+#[test]
+fn outliers_are_named() {
+    let place = Place::new();
+    let mut inputs = Vec::new();
+    for (k, radius) in [".2", ".207", ".21", ".216", ".22", ".224", ".23", ".34"]
+        .into_iter()
+        .enumerate()
+    {
+        let name = format!("disk{k}.npy");
+        draw(&place, &name, &["disk", "--radius", radius, "--grid", "33"]);
+        inputs.push(name);
+    }
+    let analysed = |inputs: &[String], out: &str| {
+        let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        let average = format!("{out}_average");
+        let fixed = ["--grid", "33", "-o", &average];
+        succeeded(&place.compute(&[&["average"], &inputs[..], &fixed].concat()));
+        let printed = succeeded(&place.compute(&["pca", &average, "-o", out]));
+        let results = Results::read(&place.path(out));
+        let report = std::fs::read_to_string(results.path("report.md")).unwrap();
+        (results, printed, report)
+    };
+    let (results, printed, report) = analysed(&inputs, "with");
+    let outliers = results.json["outliers"].as_array().unwrap();
+    assert_eq!(outliers.len(), 1, "{outliers:?}");
+    assert_eq!(outliers[0]["shape"], "disk7");
+    let p = results.number("/outliers/0/p_value");
+    assert!((results.number("/outliers/0/p_value_of_all") / p - 8.0).abs() < 1e-12);
+    let words = format!("disk7 (p = {:.2e})", 8.0 * p);
+    assert!(
+        printed.contains(&format!("outliers     {words}")),
+        "{printed}"
+    );
+    assert!(report.contains(&words), "{report}");
+
+    let (results, printed, report) = analysed(&inputs[..7], "without");
+    assert!(results.json["outliers"].is_null());
+    let all = [printed, report].concat().to_lowercase();
+    assert!(!all.contains("outlier"), "{all}");
 }

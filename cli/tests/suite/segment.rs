@@ -43,7 +43,7 @@ fn a_noisy_letter_is_found() {
         assert_eq!(shape, [65, 65], "{name}");
         assert!(values.iter().all(|v| v.is_finite()));
     }
-    let (shape, mask) = results.mask("mask_000.npy");
+    let (shape, mask) = results.mask("mask_grey.npy");
     assert_eq!(shape, [65, 65]);
     let share = mask.iter().map(|&m| f64::from(m)).sum::<f64>() / mask.len() as f64;
     let area = results.number("/images/0/object/area");
@@ -52,7 +52,7 @@ fn a_noisy_letter_is_found() {
         "segment.png",
         "energy.svg",
         "energy.csv",
-        "outline_000.csv",
+        "outline_grey.csv",
         "segment_000.vti",
     ] {
         assert!(results.path(name).is_file(), "{name}");
@@ -60,7 +60,7 @@ fn a_noisy_letter_is_found() {
     // The mask is an input of the other commands.
     succeeded(&place.compute(&[
         "average",
-        "out/mask_000.npy",
+        "out/mask_grey.npy",
         "mask.npy",
         "--grid",
         "17",
@@ -108,7 +108,7 @@ fn a_dark_object_is_found_by_threshold_and_by_its_edges() {
             (found / area - 1.0).abs() < 0.08,
             "{options:?}: {found} {area}"
         );
-        assert_eq!(results.mask("mask_000.npy").0, [48, 60]);
+        assert_eq!(results.mask("mask_disk.npy").0, [48, 60]);
         // 59 spacings of the image are 64 of the grid; 47 are 51, and with it 52.
         assert_eq!(results.array("smoothed_000.npy").0, [53, 65]);
     }
@@ -157,7 +157,7 @@ fn a_hot_pixel_is_no_object() {
     let results = Results::read(&place.path("out"));
     let threshold = results.number("/images/0/object/threshold");
     assert!((0.3..0.7).contains(&threshold), "{threshold}");
-    let (_, mask) = results.mask("mask_000.npy");
+    let (_, mask) = results.mask("mask_hot.npy");
     let wrong = mask
         .iter()
         .enumerate()
@@ -217,4 +217,58 @@ fn what_makes_no_sense_is_reported() {
         assert!(report.contains(word), "{report}");
         assert!(!place.path("out").exists());
     }
+}
+
+/// Groups, classes and pictures of other commands name subjects, not numbers.
+#[test]
+fn masks_have_the_names_of_their_images() {
+    let place = Place::new();
+    let picture = |radius: f64| {
+        let pixel = |i: usize| {
+            let [x, y] = [i % 32, i / 32].map(|k| k as f64 - 15.5);
+            if x.hypot(y) < radius { 200 } else { 40 }
+        };
+        grey_png(32, 32, &(0..32 * 32).map(pixel).collect::<Vec<_>>())
+    };
+    for (folder, radius) in [("x", 8.0), ("y", 10.0)] {
+        std::fs::create_dir(place.path(folder)).unwrap();
+        place.write(&format!("{folder}/fish.png"), &picture(radius));
+        place.write(
+            &format!("{folder}/{folder}_bird.png"),
+            &picture(radius + 1.0),
+        );
+    }
+    let segmented = |inputs: [&str; 2], out: &str| {
+        let fixed = ["--grid", "33", "-o", out];
+        succeeded(&place.compute(&[&["segment"], &inputs[..], &fixed].concat()));
+        let results = Results::read(&place.path(out));
+        [0, 1].map(|i| {
+            let object = &results.json["images"][i]["object"];
+            let file = |key: &str| object[key].as_str().unwrap().to_owned();
+            assert!(results.path(&file("boundary")).is_file());
+            assert_eq!(results.mask(&file("mask")).0, [32, 32]);
+            file("mask")
+        })
+    };
+    let masks = segmented(["x/fish.png", "y/y_bird.png"], "named");
+    assert_eq!(masks, ["mask_fish.npy", "mask_y_bird.npy"]);
+    assert_eq!(
+        segmented(["x/fish.png", "y/fish.png"], "numbered"),
+        ["mask_fish_000.npy", "mask_fish_001.npy"]
+    );
+    let masks = masks.map(|mask| format!("named/{mask}"));
+    let few = [
+        "--grid",
+        "17",
+        "--max-iterations",
+        "1",
+        "-K",
+        "1",
+        "-o",
+        "all",
+    ];
+    let inputs = [masks[0].as_str(), &masks[1]];
+    succeeded(&place.compute(&[&["distances"], &inputs[..], &few].concat()));
+    let table = std::fs::read_to_string(place.path("all/distances.csv")).unwrap();
+    assert!(table.contains("fish") && table.contains("bird"), "{table}");
 }

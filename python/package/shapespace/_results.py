@@ -577,7 +577,8 @@ class Segmentation(Result):
     @property
     def masks(self) -> list[np.ndarray]:
         """The objects, in the samples of the images."""
-        return self._numbered("mask")
+        objects = [entry.get("object") for entry in self.record["images"]]
+        return [self.arrays[found["mask"][: -len(".npy")]] for found in objects if found]
 
     @property
     def edges(self) -> list[np.ndarray]:

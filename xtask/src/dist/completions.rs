@@ -78,6 +78,7 @@ mod tests {
             page.contains("mismatch\\-weight") && page.contains(".TH"),
             "{page}"
         );
+        assert!(page.contains("Exit codes: 0 sound"), "{page}");
     }
 
     #[test]

@@ -387,6 +387,23 @@ mod tests {
     }
 
     #[test]
+    fn axes_have_titles_and_plain_numbers() {
+        let series = [Series::new("", 0, vec![(0.0, 0.0), (3.0, 1.0)])];
+        let chart = Chart {
+            title: "t",
+            across: Axis::counts("mode"),
+            up: Axis::linear("share of the variance"),
+            series: &series,
+        };
+        let text = stacked((500, 400), &[chart]).unwrap();
+        let words: Vec<&str> = text.lines().map(str::trim).collect();
+        for word in ["mode", "share of the variance", "0", "3", "0.2", "0.8", "1"] {
+            assert!(words.contains(&word), "{word}: {text}");
+        }
+        assert!(!text.contains("e-1"), "{text}");
+    }
+
+    #[test]
     fn charts_without_points_are_drawn_too() {
         let one = [Series::new("l", 0, vec![(1.0, 2.0)])];
         let zero = [Series::new("l", 0, vec![(0.0, 0.0)])];

@@ -54,7 +54,7 @@ mean.Update()
 locator = vtk.vtkImplicitPolyDataDistance()
 locator.SetInput(mean.GetOutput())
 determinant, _, _ = samples(f"{average}/jacobian_000.nii.gz")
-mask, inside, affine = samples(f"{segmented}/mask_000.nii.gz")
+mask, inside, affine = samples(f"{segmented}/mask_a.nii.gz")
 with open(f"{flat}/average_outline.geojson") as file:
     drawing = json.load(file)
 features = drawing["features"] if "features" in drawing else [drawing]
