@@ -14,7 +14,7 @@ static ALLOCATOR: ExitWithoutMemory = ExitWithoutMemory {
     report: [
         "  × the system refuses ",
         " bytes of memory\n  help: close other programs, raise the limit of the address space (`ulimit -v`), use a coarser \
-         --grid or fewer --threads; the same command goes on from its checkpoints\n",
+         --grid or fewer --threads; the same command goes on from its checkpoints, where it has any\n",
     ],
     code: 2,
 };

@@ -1,6 +1,6 @@
 //! The stages of every command that computes: plan, compute, write, summary.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
@@ -17,7 +17,7 @@ use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::log::{self, LogFormat};
 use crate::options::{CheckpointOption, RunOptions};
-use crate::output::{ResultDir, WorkDir};
+use crate::output::{OutputError, ResultDir, WorkDir};
 use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
 use crate::processes::{need_one, processes};
@@ -289,19 +289,23 @@ fn execute<C: Command, const D: usize>(
     let mut outcome = command.compute(plan, session)?;
     session.progress.stage("writing");
     session.interrupt.writing();
-    let directory = match C::work(&mut outcome) {
-        Some(work) => work.into_result(),
-        None => ResultDir::create(session.output)?,
-    };
-    let summary = command.write(&outcome, session, &directory)?;
-    write_page(&directory, &summary, Some(&command_line()))?;
-    seal(&directory)?;
-    let target = directory.commit()?;
+    let written = write_result(command, &mut outcome, session);
     let mut obsolete = session
         .obsolete
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
     let work = obsolete.take();
+    let (summary, target) = match written {
+        Ok(written) => written,
+        Err(error) => {
+            // Another process has written this result: from these checkpoints nothing goes on.
+            let is_taken = matches!(error, CliError::Output(OutputError::Exists { .. }));
+            if let Some(work) = work.filter(|_| is_taken) {
+                let _ = work.remove();
+            }
+            return Err(error);
+        }
+    };
     match &work {
         Some(work) if summary.interrupted => session.progress.note(format!(
             "the same command goes on from the checkpoint in '{}'",
@@ -312,4 +316,20 @@ fn execute<C: Command, const D: usize>(
     session.progress.finish();
     summary.print(&target);
     Ok(Some(summary))
+}
+
+/// Writes the result under its name; returns its summary and its place.
+fn write_result<C: Command, const D: usize>(
+    command: &C,
+    outcome: &mut C::Outcome<D>,
+    session: &Session<'_>,
+) -> Result<(Summary, PathBuf), CliError> {
+    let directory = match C::work(outcome) {
+        Some(work) => work.into_result(),
+        None => ResultDir::create(session.output)?,
+    };
+    let summary = command.write(outcome, session, &directory)?;
+    write_page(&directory, &summary, Some(&command_line()))?;
+    seal(&directory)?;
+    Ok((summary, directory.commit()?))
 }

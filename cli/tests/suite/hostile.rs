@@ -463,4 +463,18 @@ fn one_of_several_processes_wins() {
     assert!(report.contains("another run uses"), "{report}");
     first.kill().unwrap();
     first.wait().unwrap();
+
+    // The checkpoints of who comes second with the result are of no use.
+    arguments[2] = "129";
+    arguments[6] = "late";
+    let late = start(&arguments);
+    while !place.path("late.partial/state.json").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    fs::create_dir(place.path("late")).unwrap();
+    let end = late.wait_with_output().unwrap();
+    let report = String::from_utf8_lossy(&end.stderr).into_owned();
+    assert_eq!(end.status.code(), Some(2), "{report}");
+    assert!(report.contains("exists already"), "{report}");
+    assert!(!place.path("late.partial").exists());
 }
