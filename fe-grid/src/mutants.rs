@@ -143,6 +143,7 @@ mutants! {
     PathHessianSign: "geodesic", "the Hessian of a path has the wrong sign", "path-not-unique";
     DirectionsNotMeant: "geodesic", "a distance is the length of one direction", "distances-both-directions";
     TransportWithin: "geodesic", "the transport of the volume ignores distances within the shapes", "path-raised-arm";
+    MiddleWeight: "geodesic", "a shape between both ends is carried to each with the weight of one", "path-middle";
     RichardsonOrder: "geodesic", "the extrapolation assumes one order less", "distances-both-directions";
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use geodesic::{Form, GeodesicParams, Shape, geodesic, geodesic_between};
+use geodesic::{DomainChoice, Form, GeodesicParams, Shape, geodesic, geodesic_between};
 use hyperelastic::{LameModuli, LawSpec};
 use levelset::signed_distance;
 
@@ -49,6 +49,14 @@ pub const STATEMENTS: &[Statement] = &[
                 where the topology does not change",
         broken: "the law of the level sets has 1.1 times the μ",
         run: both_forms,
+    },
+    Statement {
+        name: "path-middle",
+        reference: "section 6, both forms of a path",
+        claim: "A path has the same length whichever shape of it is deformed: its start, its end, or one between both \
+                that is carried to either",
+        broken: "the other two have to arrive with a third of the weight",
+        run: on_each_domain,
     },
     Statement {
         name: "components-dissipation",
@@ -168,6 +176,37 @@ fn both_forms(setting: Setting) -> Result<Outcome, VerifyError> {
         setting.effort(0.012, 0.004),
         "the same limit; their matches have other widths",
     );
+    Ok(outcome)
+}
+
+fn on_each_domain(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::with_law::<2>(LawSpec::default(), &[Requirement::StressFree])?;
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    let (from, to) = (ball(grid, 0.22), ellipse(grid, [0.3, 0.2])?);
+    let length = |domain: DomainChoice, weight: f64| -> Result<f64, VerifyError> {
+        let usual = params(LawSpec::default(), Form::Lagrangian);
+        let params = GeodesicParams {
+            domain,
+            mismatch_weight: weight * usual.mismatch_weight,
+            ..usual
+        };
+        Ok(geodesic(&from, &to, &params, &mut Silent)?.length())
+    };
+    let of_start = length(DomainChoice::Start, 1.0)?;
+    for (domain, what) in [
+        (DomainChoice::End, "end"),
+        (DomainChoice::Middle, "shape between both"),
+    ] {
+        outcome.value(
+            format!(
+                "length on the domain of the {what} over that on the domain of the start, two steps"
+            ),
+            length(domain, setting.ingredient(1.0, 0.3))? / of_start,
+            1.0,
+            setting.effort(0.008, 0.005),
+            "the discretisation in time, and how closely either end is met",
+        );
+    }
     Ok(outcome)
 }
 
