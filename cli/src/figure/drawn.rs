@@ -121,9 +121,12 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         FigureName::Stiffness => named(
             "shape",
             vec![
-                Box::new(Ellipsoid { radii: [0.36, 0.1] }),
-                Box::new(Ellipsoid { radii: [0.14, 0.3] }),
-                Box::new(Ellipsoid { radii: [0.22; 2] }),
+                // Not crossed: such shapes have other averages, in which one is turned onto the other.
+                Box::new(Ellipsoid { radii: [0.34, 0.1] }),
+                Box::new(Ellipsoid {
+                    radii: [0.26, 0.16],
+                }),
+                Box::new(Ellipsoid { radii: [0.2, 0.23] }),
             ],
         ),
         FigureName::AddingShapes => {
