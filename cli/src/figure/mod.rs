@@ -91,8 +91,10 @@ struct Contents<'a> {
 /// [`CliError`]; then no result has been written.
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
     let name = args.name;
-    args.config
-        .run(|config| session::run(&Figure { name, config }, &args.run, CheckpointOption::NONE))
+    session::logged(&args.run, || {
+        args.config
+            .run(|config| session::run(&Figure { name, config }, &args.run, CheckpointOption::NONE))
+    })
 }
 
 impl Command for Figure {

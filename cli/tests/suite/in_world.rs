@@ -187,7 +187,7 @@ fn paths_and_their_continuations_lie_in_the_world() {
         }
         assert_volume(&results, &end, last);
         assert!(results.path("inverse_warp_001.nii.gz").is_file(), "{out}");
-        let of_input = if out == "length" { 1 } else { 0 };
+        let of_input = i32::from(out == "length");
         assert_eq!(results.json["world"]["of_input"], of_input);
     }
     let run = place.run(&[
