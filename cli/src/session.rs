@@ -176,8 +176,10 @@ impl<C: Config + Command> ComputeArgs<C> {
     /// # Errors
     /// [`CliError`]; then no result has been written.
     pub fn run(&self) -> Result<Exit, CliError> {
-        self.config
-            .run(|config| run(&config, &self.run, CheckpointOption::NONE))
+        logged(&self.run, || {
+            self.config
+                .run(|config| run(&config, &self.run, CheckpointOption::NONE))
+        })
     }
 }
 
@@ -200,7 +202,9 @@ impl<C: Config + Command> LongArgs<C> {
             config,
             run: options,
         } = &self.compute;
-        config.run(|config| run(&config, options, self.checkpoint))
+        logged(options, || {
+            config.run(|config| run(&config, options, self.checkpoint))
+        })
     }
 }
 
@@ -233,7 +237,7 @@ pub(crate) fn run<C: Command>(
         processes,
         obsolete: Mutex::default(),
     };
-    let done = in_pool(options.threads, || {
+    in_pool(options.threads, || {
         if session.is_first() {
             // Fail before the computation if the directory cannot be written.
             ResultDir::create(session.output).map(drop)?;
@@ -246,8 +250,20 @@ pub(crate) fn run<C: Command>(
             return Ok(Exit::Success);
         };
         Ok(concluded(&summary, options, start))
-    });
-    match (done, options.log) {
+    })
+}
+
+/// Runs a command from its configuration on, so that its errors, those of its options and files, too, are in the log
+/// where there is one.
+///
+/// # Errors
+/// Those of the command; [`CliError::Reported`] for one that is in the log.
+pub(crate) fn logged(
+    options: &RunOptions,
+    run: impl FnOnce() -> Result<Exit, CliError>,
+) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    match (run(), options.log) {
         // The last line of the log instead of a report.
         (Err(error), Some(LogFormat::Json)) => {
             log::error(start, &error);

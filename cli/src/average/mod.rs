@@ -79,7 +79,7 @@ pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     let run = &args.run;
     let checkpoint = run.checkpoint;
     memory_limit(run.memory);
-    args.config.run(|config| {
+    let with = |config: AverageConfig| {
         if config.joint {
             let run = run.clone();
             session::run(&JointAverage { config, run }, &args.run.common, checkpoint)
@@ -88,7 +88,8 @@ pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
         } else {
             run_on(None, config, run)
         }
-    })
+    };
+    session::logged(&run.common, || args.config.run(with))
 }
 
 /// Averages images that are not read from files.

@@ -93,7 +93,7 @@ pub(crate) struct Outcome<const D: usize> {
 /// [`CliError`]; then there is no result directory, but finished pairs are stored.
 pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
     let run: &RunOptions = &args.run;
-    args.config.run(|config| {
+    let with = |config| {
         let study = DistanceStudy {
             config,
             at_once: args.at_once,
@@ -101,7 +101,8 @@ pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
             merge: args.merge.clone(),
         };
         session::run(&study, run, CheckpointOption::NONE)
-    })
+    };
+    session::logged(run, || args.config.run(with))
 }
 
 impl DistanceStudy {

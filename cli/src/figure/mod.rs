@@ -93,8 +93,10 @@ struct Contents<'a> {
 /// [`CliError`]; then no result has been written.
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
     let name = args.name;
-    args.config
-        .run(|config| session::run(&Figure { name, config }, &args.run, args.checkpoint))
+    session::logged(&args.run, || {
+        args.config
+            .run(|config| session::run(&Figure { name, config }, &args.run, args.checkpoint))
+    })
 }
 
 impl Command for Figure {

@@ -19,7 +19,7 @@ use crate::output::ResultDir;
 use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
 use crate::report::RESULT;
-use crate::session::concluded;
+use crate::session::{concluded, logged};
 use crate::shapes::{stem, with_folder};
 use crate::summary::Summary;
 use shapespace_input::{Kinds, expand, extension_of, is_mesh};
@@ -79,11 +79,13 @@ pub enum Interpolation {
 /// [`CliError`]; then nothing has been written.
 pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
-    ResultDir::check(&args.run.output)?;
-    let mut files = args.files.clone();
-    expand(&mut files, Kinds::Masks)?;
-    given_once(&files)?;
-    in_pool(args.run.threads, || warp(args, &files, start))
+    logged(&args.run, || {
+        ResultDir::check(&args.run.output)?;
+        let mut files = args.files.clone();
+        expand(&mut files, Kinds::Masks)?;
+        given_once(&files)?;
+        in_pool(args.run.threads, || warp(args, &files, start))
+    })
 }
 
 /// Refuses a file that is given twice, before anything is computed.

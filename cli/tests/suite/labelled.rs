@@ -296,6 +296,11 @@ fn volumes_have_surfaces_of_labels_and_a_label_image() {
     let scores = ["synthesize", "modes", "--scores", "1", "-o", "shape"];
     succeeded(&place.compute(&scores));
     assert!(place.path("shape").join("shape_label_2.stl").is_file());
+    let labels = shapespace_input::Sources::files().read_numbers(&place.path("shape/shape.nii.gz"));
+    let values = labels.unwrap().values;
+    let count = |label: f64| values.iter().filter(|value| **value == label).count();
+    assert!(count(2.0) > 50 && count(9.0) > 50);
+    assert_eq!(count(0.0) + count(2.0) + count(9.0), values.len());
 }
 
 /// The outline of two halves is symmetric; a picture turned by half a turn is turned back, and one that is not

@@ -69,7 +69,7 @@ fn every_command_states_its_memory_before_it_computes() {
         ("synthesize modes --scores 1".into(), "shape"),
         ("score b.npy --pca modes".into(), "scores"),
         (
-            "compare modes --groups groups.csv --permutations 9".into(),
+            "compare modes --groups groups.csv --permutations 99".into(),
             "groups",
         ),
         (format!("figure weights a.npy b.npy c.npy {few}"), "figure"),
@@ -157,6 +157,31 @@ fn a_log_ends_with_the_error() {
         "{last}"
     );
     assert!(!last["help"].as_str().unwrap().is_empty());
+}
+
+/// What is wrong with options and folders is found before the inputs are read, and is in the log, too.
+#[test]
+fn errors_of_options_are_in_the_log() {
+    let place = Place::new();
+    disks(&place);
+    for command in [
+        "average a.npy b.npy --mu -1",
+        "average a.npy nowhere",
+        "geodesic a.npy b.npy -K 0",
+        "length a.npy b.npy -K 1000",
+        "distances a.npy",
+        "extend a.npy -K 0",
+        "figure weights a.npy b.npy c.npy --max-iterations 0",
+        "warp nowhere a.npy",
+    ] {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let run = place.run(&[&words[..], &["-o", "out", "--log", "json"]].concat());
+        assert_eq!(run.status.code(), Some(2), "{command}");
+        let found = lines(&run.stderr);
+        let errors = found.iter().filter(|line| line["event"] == "error");
+        assert_eq!(errors.count(), 1, "{command}: {found:?}");
+        assert_eq!(found.last().unwrap()["event"], "error");
+    }
 }
 
 #[test]
