@@ -463,7 +463,8 @@ impl CliError {
                 ..
             } => "change --coefficients or --exponents",
             Self::Law { .. } => {
-                "change --lambda or --mu, or choose another law; logdet accepts all moduli"
+                "change --lambda or --mu, or choose another law; logdet accepts all --lambda from 0 to 1e12 and --mu \
+                 from 1e-12 to 1e12"
             }
             Self::LostOnGrid { .. } => {
                 "ask for a finer grid with --grid, or crop the image to the object"
