@@ -10,9 +10,10 @@ use crate::quad;
 use crate::surface::{self, Edge, Fill};
 use crate::vector::add_scaled;
 
-/// A crossing closer to a background node than this fraction of the spacing is moved to the node:
-/// thinner triangles have no reliable normal.
-const SNAP: f64 = 1e-9;
+/// Crossings lie at least this fraction of the spacing from both nodes of their edge, even where the field is at its level
+/// at a node. In a node crossings of several edges would meet, and with them sheets of the surface: its edges would
+/// have four triangles. Nearer ones would meet in files in single precision, and their triangles had no area.
+const LEAST_SHARE: f64 = 1e-3;
 
 /// Behaviour of a contour where the object touches the edge of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -28,7 +29,8 @@ compiled_once! {
     /// The contour of the object `{field > level}`.
     ///
     /// Its points are the crossings of the level on the edges of the grid, by linear interpolation
-    /// (for a binary mask and level 1/2: their midpoints). In a square they are joined by straight
+    /// (for a binary mask and level 1/2: their midpoints), at least a thousandth of the spacing from the nodes: no two
+    /// of them meet, and every edge of a closed surface has two triangles. In a square they are joined by straight
     /// segments; saddles are decided by the bilinear interpolant, and where that is undecided, as
     /// for a mask, the object's corners stay apart. In 3D the segments of a cell's faces are filled
     /// by triangles, and the closed surface has no holes. The contour is empty where the field
@@ -208,7 +210,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         self.push(corners);
     }
 
-    /// Adds a simplex unless it is degenerate because crossings were moved to the same node.
+    /// Adds a simplex unless it is degenerate because crossings on the edge of the box are the same node.
     fn push(&mut self, corners: Simplex<D>) {
         let vanishes = (1..D).any(|i| corners[..i].contains(&corners[i]));
         if !vanishes {
@@ -231,9 +233,8 @@ impl<'a, const D: usize> Extraction<'a, D> {
         let share = mutant!(share, ContourMiddle => 0.5);
         let (node, axis, share) = if values[outside] == f64::NEG_INFINITY {
             (shifted(cell, inside), D, 0.0)
-        } else if share < SNAP {
-            (shifted(cell, outside), D, 0.0)
         } else {
+            let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
             (shifted(cell, ends[0]), axis, share)
         };
         let key = self.lattice.node_index(node) * (D + 1) + axis;

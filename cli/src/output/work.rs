@@ -99,7 +99,7 @@ impl WorkDir {
     /// Writes a value as JSON with its checksum, and replaces an existing file.
     ///
     /// # Errors
-    /// As [`sealed_text`].
+    /// [`OutputError::NotFinite`], [`OutputError::Unwritable`].
     pub fn put(&self, name: impl AsRef<Path>, value: &impl Serialize) -> Result<(), OutputError> {
         let path = self.file(name);
         let mut incomplete = path.clone().into_os_string();
