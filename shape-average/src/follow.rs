@@ -233,6 +233,7 @@ fn follow<const D: usize>(
             params: own.clone(),
             finest: level == finest,
             estimated: false,
+            onto: true,
             second: None,
         };
         let solution = minimise_levels(&mut problem, minimiser, start, quiet)?;

@@ -35,6 +35,10 @@ pub struct LbfgsParams {
     pub metric_interval: usize,
     /// Pairs of less curvature than this (a cosine) are not stored.
     pub curvature_threshold: f64,
+    /// Pairs whose curvature along the step is less than this share of what the inverse Hessian that the step was made
+    /// with has there are not stored. Where the curvature of an energy changes its sign, some pairs have next to none,
+    /// and all steps that heed them are too long by orders of magnitude. 0: all are stored.
+    pub least_share: f64,
     /// The first trial step along every direction.
     pub first_step: f64,
     /// The line search.
@@ -52,6 +56,7 @@ impl Default for LbfgsParams {
             history: 15,
             metric_interval: 15,
             curvature_threshold: 1e-10,
+            least_share: 0.0,
             first_step: 1.0,
             line_search: LineSearch::default(),
             compact: false,
@@ -169,9 +174,11 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
             let Some(step) = self.step(x, energy)? else {
                 return Ok(Status::LineSearchFailed);
             };
-            let new = (&*x, &self.new_gradient[..]);
-            let old = (&self.start[..], &self.gradient[..]);
-            self.pairs.push(new, old, self.params.curvature_threshold);
+            if self.is_curved(&step) {
+                let new = (&*x, &self.new_gradient[..]);
+                let old = (&self.start[..], &self.gradient[..]);
+                self.pairs.push(new, old, self.params.curvature_threshold);
+            }
             self.start.rest();
             self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
@@ -264,6 +271,21 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
     fn slope(&self) -> f64 {
         let distribution = self.objective.distribution();
         distribution.dot(&self.gradient[..], &self.direction[..])
+    }
+
+    /// Whether the energy curves upwards along a step by the least share of what was expected.
+    fn is_curved(&self, step: &Step) -> bool {
+        let least = self.params.least_share;
+        if least == 0.0 {
+            return true;
+        }
+        let distribution = self.objective.distribution();
+        let (before, after) = (
+            self.slope(),
+            distribution.dot(&self.new_gradient[..], &self.direction[..]),
+        );
+        // The direction is -H g, so that its product with the inverse of H is -g . d.
+        after - before >= -least * step.length * before
     }
 
     /// Steepest descent in the objective's metric, with the memory dropped.

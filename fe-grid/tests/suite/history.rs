@@ -143,3 +143,40 @@ fn compact_vectors_cost_no_iterations() {
     let Ok(_) = compact(1e-4, 0).minimise(&mut quadratic(400), &mut start, &mut Silent);
     assert!(start.iter().all(single));
 }
+
+/// An energy that falls along a line of next to no curvature, and rises behind its end at 3.
+struct Slope;
+
+impl Objective for Slope {
+    type Error = GridError;
+
+    fn dim(&self) -> usize {
+        1
+    }
+
+    fn value_and_gradient(&mut self, x: &[f64], g: &mut [f64]) -> Result<Evaluation, GridError> {
+        let (bend, behind) = (1e-6, (x[0] - 3.0).max(0.0));
+        g[0] = bend * x[0] - 1.0 + behind;
+        Ok(Evaluation::Value(
+            0.5 * bend * x[0] * x[0] - x[0] + 0.5 * behind * behind,
+        ))
+    }
+}
+
+/// By the first pair alone the second step is a million times as long as the way.
+#[test]
+fn pairs_of_little_curvature_are_left_out_on_request() {
+    let [all, some] = [0.0, 0.1].map(|least_share| {
+        let params = LbfgsParams {
+            least_share,
+            ..lbfgs(1e-6, 50)
+        };
+        let mut x = [0.0];
+        let info = params.minimise(&mut Slope, &mut x, &mut Silent).unwrap();
+        assert_eq!(info.status, Status::GradientTolerance);
+        assert!((x[0] - 4.0).abs() < 1e-4, "{x:?}");
+        info.evaluations.values + info.evaluations.gradients
+    });
+    println!("{all} {some}");
+    assert!(some < 10 && all > 15, "{all} {some}");
+}
