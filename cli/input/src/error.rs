@@ -175,6 +175,14 @@ pub enum InputError {
         /// Spacing along each axis, `x` first.
         spacing: Vec<f64>,
     },
+    /// A surface or an outline in a unit of length that does not exist.
+    #[error("the surface or outline in '{}' is {extent:e} long; lengths must lie between 1e-4 and 1e8", path.display())]
+    Extent {
+        /// The file.
+        path: PathBuf,
+        /// Its longest side, in millimetres.
+        extent: f64,
+    },
     /// A folder or a pattern without inputs.
     #[error("there is nothing to read in '{}': {}", path.display(), others_text(*others))]
     NoInputs {
@@ -306,6 +314,9 @@ impl InputError {
             }
             Self::NotLabels { .. } => "leave --label out, or give an image of whole numbers",
             Self::Spacing { .. } => "write the voxel size in millimetres into the header (pixdim)",
+            Self::Extent { .. } => {
+                "multiply its coordinates by the factor that makes them millimetres"
+            }
             Self::NoInputs { .. } => {
                 "name a folder with masks or images, or a pattern that matches some, in quotes: 'masks/*.png'"
             }

@@ -17,6 +17,8 @@ use super::{Image, InputError, LEVEL, reserve};
 
 /// Samples along the longest side of the object, in 2D and 3D.
 const SAMPLES: [usize; 2] = [512, 128];
+/// The shortest and the longest extent, from a tenth of a micrometre to a hundred kilometres in millimetres.
+const EXTENTS: [f64; 2] = [1e-4, 1e8];
 /// Samples beyond the object, to each side.
 const AROUND: usize = 3;
 /// Segments of which each is asked what lies to its sides.
@@ -91,13 +93,13 @@ fn samples_around<const D: usize>(
     let [low, high] = bounds(contour.all_corners().flatten());
     let sides: [f64; D] = std::array::from_fn(|k| high[k] - low[k]);
     let longest = sides.iter().fold(0.0f64, |a, b| a.max(*b));
-    let spacing = longest / SAMPLES[D - 2] as f64;
-    if !(spacing.is_finite() && (1e-6..=1e6).contains(&spacing)) {
-        return Err(InputError::Spacing {
+    if !(EXTENTS[0]..=EXTENTS[1]).contains(&longest) {
+        return Err(InputError::Extent {
             path: path.into(),
-            spacing: vec![spacing; D],
+            extent: longest,
         });
     }
+    let spacing = longest / SAMPLES[D - 2] as f64;
     let steps = sides.map(|side| (side / spacing).ceil() as usize);
     // The object lies in the middle of its samples.
     let origin = std::array::from_fn(|k| {

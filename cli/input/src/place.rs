@@ -169,6 +169,14 @@ pub fn are_near<const D: usize>(images: &[Image<D>]) -> bool {
     common.is_none_or(|common| common.longest() <= SHARED_ROOM * longest(&boxes))
 }
 
+/// The longest sides of the boxes of the objects of images, in the length units of the images.
+pub fn extents<const D: usize>(images: &[Image<D>]) -> Vec<f64> {
+    let sides = images
+        .iter()
+        .map(|image| Bounds::of_object(image).longest());
+    sides.collect()
+}
+
 fn longest<const D: usize>(boxes: &[Bounds<D>]) -> f64 {
     let sides = boxes.iter().map(Bounds::longest);
     sides.fold(0.0, f64::max)

@@ -44,6 +44,8 @@ const ROOM_SHARE: f64 = 1.0 / 6.0;
 /// Cells along the longest side to which grids can be coarsened at least: the coarsest grid of averages
 /// has so many.
 const COARSEST_CELLS: usize = 8;
+/// Nodes of the smallest cube of which the void is worth a word.
+const LEAST_ADVISED: usize = 30_000;
 /// Sides that are longer than a number of cells by rounding do not need one more.
 const ROUNDING: f64 = 1e-6;
 
@@ -123,9 +125,7 @@ impl<const D: usize> Domain<D> {
                 keep_inside(inputs, room(&grid.extent()));
             }
         }
-        let reach = reach(inputs);
-        let room = f64::max(LEAST_ROOM, 0.5 - reach.into_iter().fold(0.0, f64::max));
-        let sides = reach.map(|reach| 2.0 * (reach + room));
+        let sides = sides(inputs);
         let grid = match *self {
             Self::Spaced(spacing, _) => {
                 let scale = common_scale(inputs.iter().map(Input::scale)).ok_or_else(|| {
@@ -146,6 +146,22 @@ impl<const D: usize> Domain<D> {
             }
         }
         Ok(grid)
+    }
+
+    /// Advice to leave out the void beside settled shapes, where that is half of the nodes or more.
+    pub fn advice(&self, inputs: &[Input<D>]) -> Option<String> {
+        let Self::Cube(nodes) = *self else {
+            return None;
+        };
+        let cube = Grid::<D>::cube(nodes).n_nodes();
+        let fit = Self::Fit(nodes).grid(sides(inputs), 1.0).ok()?;
+        let saves = cube >= LEAST_ADVISED && 2 * fit.n_nodes() <= cube;
+        saves.then(|| {
+            format!(
+                "--box fit would take {} nodes instead of {cube}",
+                fit.n_nodes()
+            )
+        })
     }
 
     /// The grid for shapes that need these sides in the unit box, whose side is `scale` for one length
@@ -215,6 +231,13 @@ fn usual_spacing<const D: usize>(scale: f64) -> f64 {
 fn rounded_up(cells: f64, unit: usize) -> usize {
     let units = ((cells - ROUNDING) / unit as f64).ceil().max(1.0);
     (units as usize).saturating_mul(unit)
+}
+
+/// The sides of the box that shapes need in the unit box.
+fn sides<const D: usize>(inputs: &[Input<D>]) -> [f64; D] {
+    let reach = reach(inputs);
+    let room = f64::max(LEAST_ROOM, 0.5 - reach.into_iter().fold(0.0, f64::max));
+    reach.map(|reach| 2.0 * (reach + room))
 }
 
 /// How far boundaries reach from the centre of the unit box, along each axis.

@@ -2,7 +2,8 @@
 //! of every command.
 //!
 //! `parts` splits label images, `align` aligns shapes with one of them, `domain` chooses the box of the
-//! grid for them, `pairs` aligns them pairwise, `size` scales them to equal sizes, `label` assigns names for pictures, `record` states placements, and `surface` transforms
+//! grid for them, `pairs` aligns them pairwise, `size` scales them to equal sizes, `units` refuses those that have
+//! another unit of length, `label` assigns names for pictures, `record` states placements, and `surface` transforms
 //! results back. Boundaries are extracted at the resolution of the masks and moved by the
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
@@ -18,6 +19,7 @@ mod pose;
 mod record;
 mod size;
 mod surface;
+mod units;
 mod world;
 
 use std::path::{Path, PathBuf};
@@ -37,6 +39,7 @@ use shapespace_input::frame::{FrameRule, FrameTransform};
 use shapespace_input::place::{are_near, centred_frames, fit_frames, kept_frames, physical_frames};
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
+use units::check_units;
 
 pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
@@ -76,7 +79,7 @@ impl<const D: usize> Placed<D> {
     /// Places masks, and resolves the options.
     ///
     /// # Errors
-    /// [`CliError::Option`] for a grid that does not exist.
+    /// [`CliError::Option`] for a grid that does not exist, and for a mask in another unit of length than the others.
     pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
         Self::by_default(images, options, None)
     }
@@ -96,6 +99,9 @@ impl<const D: usize> Placed<D> {
         }
         let nodal = domain.nodal();
         let (mut images, frame) = oriented(images, options)?;
+        if frame != Frame::None && options.size == Size::Kept {
+            check_units(&images)?;
+        }
         let is_stated = options.align.is_some() || options.frame == Some(Frame::None);
         let size_factors = match options.size {
             Size::Kept => vec![1.0; images.len()],
@@ -337,10 +343,14 @@ pub(crate) fn settle<const D: usize>(
         progress.stage("looking for reflected shapes");
         inspect_unaligned(&mut inputs, &distribution)?;
     }
+    let grid = domain.settle(&mut inputs)?;
+    if let Some(advice) = domain.advice(&inputs) {
+        progress.note(advice);
+    }
     Ok(Settled {
-        grid: domain.settle(&mut inputs)?,
         images,
         inputs,
+        grid,
     })
 }
 

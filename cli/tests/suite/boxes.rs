@@ -51,17 +51,27 @@ fn solid_rods(place: &Place) -> Vec<String> {
         [0.0, 0.0, 0.5, 30.0],
     ];
     let shapes = [("long", 30.0, 7.0, 14.0), ("thick", 27.0, 8.5, 4.0)];
-    let draw = |(name, length, radius, knob): (&str, f64, f64, f64)| {
+    draw_solids(place, size, &affine, &shapes)
+}
+
+/// Rods of these names, half lengths, radii and places of the knob as volumes.
+fn draw_solids(
+    place: &Place,
+    size: [usize; 3],
+    affine: &Affine,
+    shapes: &[(&str, f64, f64, f64)],
+) -> Vec<String> {
+    let draw = |&(name, length, radius, knob): &(&str, f64, f64, f64)| {
         let values = (0..size.iter().product()).map(|i: usize| {
             let at = [i % size[0], i / size[0] % size[1], i / (size[0] * size[1])];
             let [x, y, z] = [0, 1, 2].map(|k| at[k] as f64 - 0.5 * (size[k] - 1) as f64);
             rod([x, y.hypot(z)], length, radius, knob) as f32
         });
         let name = format!("{name}.nii");
-        place.write(&name, &nifti_of(size, &affine, &values.collect::<Vec<_>>()));
+        place.write(&name, &nifti_of(size, affine, &values.collect::<Vec<_>>()));
         name
     };
-    shapes.map(draw).into()
+    shapes.iter().map(draw).collect()
 }
 
 fn nodes(results: &Results) -> Vec<usize> {
@@ -213,6 +223,38 @@ fn distances_of_pairs_have_one_box() {
     let (fit, sides) = distance(&["--box", "fit"], "fit");
     assert_eq!(sides, [33, 17]);
     assert!(relative(cube, fit) < 1e-3, "{cube} {fit}");
+}
+
+/// Before anything is computed, and not where the advice is followed.
+#[test]
+fn a_cube_that_is_mostly_void_is_named() {
+    let place = Place::new();
+    let affine = [
+        [0.5, 0.0, 0.0, -70.0],
+        [0.0, 0.5, 0.0, 12.0],
+        [0.0, 0.0, 0.5, 30.0],
+    ];
+    let thin = [("long", 38.0, 4.0, 14.0), ("short", 34.0, 4.5, 4.0)];
+    let inputs = draw_solids(&place, [100, 26, 26], &affine, &thin);
+    let advised = |options: &[&str], output: &str| {
+        let inputs = [inputs[0].as_str(), inputs[1].as_str()];
+        let short = ["--max-iterations", "1", "--align", "none", "-o", output];
+        let run = place.compute(&[&["average"], &inputs[..], options, &short].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        (report.contains("--box fit would take"), report)
+    };
+    let (is_advised, report) = advised(&["--grid", "33"], "cube");
+    assert!(is_advised, "{report}");
+    let words = "--box fit would take 9537 nodes instead of 35937";
+    assert!(report.contains(words), "{report}");
+    // A small cube takes no time.
+    for (k, options) in [&["--grid", "33", "--box", "fit"][..], &["--grid", "17"]]
+        .into_iter()
+        .enumerate()
+    {
+        let (is_advised, report) = advised(options, &format!("other{k}"));
+        assert!(!is_advised, "{report}");
+    }
 }
 
 #[test]

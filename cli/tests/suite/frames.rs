@@ -5,7 +5,7 @@ use levelset::{Contour, ContourDistance};
 use shapespace_input::place::physical_frames;
 use shapespace_input::{AnyImage, Image, ReadOptions, boundary, decode_image};
 
-use crate::common::solid::{Affine, SOLID, Solid, lattice, nifti_of};
+use crate::common::solid::{Affine, SOLID, Solid, lattice, mapped, nifti_of};
 use crate::common::{Place, Results, grey_png, npy_f64, succeeded};
 
 /// The side of a cube of samples of one millimetre that holds the solid.
@@ -311,6 +311,54 @@ fn scores_do_not_depend_on_the_order_of_samples() {
     for (a, b) in one.iter().zip(&other) {
         assert!((a - b).abs() < 0.02, "{one:?} {other:?}");
     }
+}
+
+/// One file in another unit of length, which is named, and not the others that it would make vanish.
+#[test]
+fn an_input_in_another_unit_is_named() {
+    let place = Place::new();
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let affine = lattice(identity, [SIDE; 3]);
+    let values: Vec<f32> = (0..SIDE.pow(3))
+        .map(|i| {
+            let sample = [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|i| i as f64);
+            SOLID.value(mapped(&affine, sample), 1.0) as f32
+        })
+        .collect();
+    let write = |name: &str, factor: f64| {
+        let scaled = affine.map(|row| row.map(|x| factor * x));
+        place.write(name, &nifti_of([SIDE; 3], &scaled, &values));
+    };
+    for (name, factor) in [("a.nii", 1.0), ("metres.nii", 1e-3), ("absurd.nii", 1e5)] {
+        write(name, factor);
+    }
+    let average = |other: &str, options: &[&str]| {
+        let inputs = ["average", "a.nii", other, "--grid", "17", "-o", "out"];
+        let run = place.compute(&[&inputs[..], options].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        (run.status.code(), report)
+    };
+    for (other, words) in [
+        (
+            "metres.nii",
+            ["1000 times as short", "its lengths look like metres"],
+        ),
+        (
+            "absurd.nii",
+            ["100000 times as long", "its lengths are not millimetres"],
+        ),
+    ] {
+        for options in [&[][..], &["--align", "none"], &["--frame", "centred"]] {
+            let (code, report) = average(other, options);
+            assert_eq!(code, Some(2), "{report}");
+            assert!(report.contains(&format!("'{other}'")), "{report}");
+            for words in words {
+                assert!(report.contains(words), "{words}: {report}");
+            }
+        }
+    }
+    let (code, report) = average("metres.nii", &["--size", "equal"]);
+    assert!(matches!(code, Some(0 | 3)), "{report}");
 }
 
 #[test]

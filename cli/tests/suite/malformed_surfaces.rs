@@ -33,6 +33,11 @@ pub fn rows() -> Vec<Row> {
         ("a.stl", nan, "a.stl"),
         ("a.stl", ball.stl("")[..84].to_vec(), "bytes of triangles"),
         ("a.stl", b"solid\nendsolid\n".to_vec(), "no triangles"),
+        (
+            "a.stl",
+            Mesh::ball([0.0; 3], 1e-6, 12).stl(""),
+            "lengths must lie between 1e-4 and 1e8",
+        ),
         ("a.stl", cut(&text), "cut off"),
         (
             "a.stl",
