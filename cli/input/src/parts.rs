@@ -40,7 +40,7 @@ mod tests {
             ("d.mhd", format!("{meta}d.raw\n"), Some("d.raw")),
             ("e.mha", format!("{meta}LOCAL\nabc"), None),
             ("f.mhd", "nothing".into(), None),
-            ("g.hdr", String::new(), Some("g.img")),
+            ("g.hdr", String::new(), Some("g.IMG")),
             ("g.IMG", String::new(), Some("g.hdr")),
             ("h.npy", String::new(), None),
         ] {

@@ -30,7 +30,7 @@ const MORE_ITERATIONS: usize = 20;
 /// Tolerance at most, in 2D and 3D. With that of averages by default (5e-3) four joined balls at 17^3 nodes have scores 6 %
 /// from those of 1e-4, with 1e-3 they have .2 %. Hands at 129^2 nodes have some scores .4 standard deviations apart with 1e-3;
 /// minimisations in the plane take seconds. Hippocampi at 65^3, whose discrete mismatch has many minima, have the same
-/// scores with 1e-3 to .01 standard deviations, in a third of the time.
+/// scores with 1e-3 to .01 standard deviations.
 const TOLERANCE: [f64; 2] = [1e-4, 1e-3];
 
 /// A deformation whose energy is estimated to be less than this above the minimum, relative to the elastic energy, is as
