@@ -148,7 +148,8 @@ def test_the_folder_is_that_of_the_program(program):
     out = program.folder / "out"
     assert sorted(p.name for p in out.iterdir()) == sorted(p.name for p in saved.iterdir())
     for file in out.iterdir():
-        if file.suffix in (".npy", ".png", ".vti", ".csv"):
+        # The table of the inputs has the names of their files.
+        if file.suffix in (".npy", ".png", ".vti", ".csv") and file.name != "subjects.csv":
             assert file.read_bytes() == (saved / file.name).read_bytes(), file.name
     program.run("check", "saved")
 
