@@ -9,6 +9,7 @@ use geodesic::{DomainChoice, Form, GeodesicParams, Shape, geodesic, geodesic_bet
 use hyperelastic::{LameModuli, LawSpec};
 use levelset::signed_distance;
 
+use super::metric::{on_ball, on_disk};
 use crate::error::VerifyError;
 use crate::order::richardson;
 use crate::outcome::{Expectation, Outcome, Requirement};
@@ -79,14 +80,6 @@ fn params(spec: LawSpec, form: Form) -> GeodesicParams {
     }
 }
 
-/// The length to first order over the amplitude, by the potentials `φ = A z^(n+1)`, `ψ = B z^(n−1)` of
-/// Kolosov and Muskhelishvili; the boundary is free of shear.
-fn length_per_amplitude(moduli: LameModuli, n: u32) -> f64 {
-    let LameModuli { lambda, mu } = moduli;
-    let (kappa, n) = ((lambda + 3.0 * mu) / (lambda + mu), f64::from(n));
-    (2.0 * PI * mu * (n + 1.0) / (kappa + (n + 1.0) / (n - 1.0))).sqrt()
-}
-
 fn modes(setting: Setting, form: Form, cases: &[(u32, f64)]) -> Result<Outcome, VerifyError> {
     let grid = Grid::<2>::dyadic(setting.effort(6, 7));
     let (radius, amplitude) = (0.25, 0.02);
@@ -100,7 +93,7 @@ fn modes(setting: Setting, form: Form, cases: &[(u32, f64)]) -> Result<Outcome, 
         });
         let end = signed_distance(&waved, 0.0)?;
         let path = geodesic(&ball(grid, radius), &end, &params(spec, form), &mut Silent)?;
-        let expected = amplitude * length_per_amplitude(LameModuli::new(lambda, 1.0)?, n);
+        let expected = amplitude * on_disk(n, LameModuli::new(lambda, 1.0)?).sqrt();
         outcome.value(
             format!("L/(e ℓ_n), n = {n}, λ/μ = {lambda}, e = R/12.5"),
             path.length() / expected,
@@ -111,24 +104,6 @@ fn modes(setting: Setting, form: Form, cases: &[(u32, f64)]) -> Result<Outcome, 
         );
     }
     Ok(outcome)
-}
-
-/// The length to first order over the amplitude, from a ball to `R + e P_n(cos θ)`.
-///
-/// With the harmonic polynomial `h` of the degree `n`, `∇h` and `r²∇h + αhx` are in equilibrium for
-/// the `α` below, and their sum without shear on the boundary is the displacement.
-fn length_in_space(moduli: LameModuli, n: u32, radius: f64) -> f64 {
-    let LameModuli { lambda, mu } = moduli;
-    let n = f64::from(n);
-    let both = lambda + mu;
-    let alpha = -(mu * (4.0 * n + 2.0) + 2.0 * n * both) / (2.0 * mu + both * (n + 3.0));
-    // Amplitudes a, b on the unit ball: no shear, and the displacement one along the normal.
-    let ratio = -(2.0 * n + alpha) / (2.0 * (n - 1.0));
-    let b = 1.0 / (ratio * n + n + alpha);
-    let a = ratio * b;
-    let normal = a * 2.0 * mu * n * (n - 1.0)
-        + b * (2.0 * mu * (n + alpha) * (n + 1.0) + lambda * (2.0 * n + alpha * (n + 3.0)));
-    (0.5 * normal * radius * 4.0 * PI / (2.0 * n + 1.0)).sqrt()
 }
 
 fn ball_mode(setting: Setting) -> Result<Outcome, VerifyError> {
@@ -149,7 +124,7 @@ fn ball_mode(setting: Setting) -> Result<Outcome, VerifyError> {
     };
     let end = signed_distance(&waved, 0.0)?;
     let path = geodesic(&ball(grid, radius), &end, &params, &mut Silent)?;
-    let expected = amplitude * length_in_space(LameModuli::new(1.0, 1.0)?, 2, radius);
+    let expected = amplitude * on_ball(2, LameModuli::new(1.0, 1.0)?, radius).sqrt();
     outcome.value(
         "L/(e ℓ₂), e = R/9",
         path.length() / expected,
