@@ -253,8 +253,7 @@ fn check_deformations(directory: &Path, findings: &mut Findings) -> Result<(), C
         reason,
     };
     let fields = ResultFields::new(directory, unfit, true)?;
-    let sums = Sums::of(directory, true)?;
-    let names = sums.iter().map(|(name, _)| name);
+    let names = fields.sums().iter().map(|(name, _)| name);
     for name in names.filter(|name| name.starts_with("deformation_")) {
         let path = Path::new(name);
         let nodes = fields.nodes(path)?;

@@ -80,10 +80,12 @@ fn unfit(directory: &Path, reason: String) -> CliError {
 /// [`CliError::NoResult`] for other directories, and those of the table and of reading modes.
 pub(super) fn read(config: &CompareConfig, trust: bool) -> Result<PlanOf<CompareConfig>, CliError> {
     let directory = &config.result;
-    // Of distances there are no arrays that are read.
-    Sums::of(directory, trust)?;
     match command_in(directory).as_deref() {
-        Some("distances") => distances(config),
+        Some("distances") => {
+            // No array is read that would be verified with the record.
+            Sums::of(directory, trust)?;
+            distances(config)
+        }
         Some("score" | "average" | "geodesic") => {
             let reason = "its shapes have neither scores of one analysis nor distances";
             Err(unfit(directory, reason.into()))

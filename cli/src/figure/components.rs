@@ -10,7 +10,7 @@ use shapespace_generate::{Bar, Implicit};
 use shapespace_report::table::{Cell, Table};
 
 use super::drawn::drawn_image;
-use super::modes::{AMPLITUDE, COLUMNS, KINDS, MODES, analyse, draw_rows};
+use super::modes::{AMPLITUDE, COLUMNS, KINDS, MODES, analyse, draw_rows, eigenvalues};
 use super::scene::{Scene, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::average::boundaries;
@@ -97,19 +97,16 @@ pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, 
         let result = scene.average_of_shapes(what, shapes, |_| ())?;
         let (pca, _) = analyse(scene, &result, &scene.params, &KINDS[0])?;
         let pushed = pushed(scene, &result);
-        let ratios = pca.ratios();
-        let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
         let elastic = &result.energy.elastic;
-        table.row([
-            Cell::from(what),
+        let of_average: [Cell; 5] = [
+            what.into(),
             (elastic.iter().sum::<f64>() / elastic.len() as f64).into(),
             result.mean_dice().into(),
             agreement(&pushed, n_components)?.into(),
             result.certificate.min_det.into(),
-            pca.modes.eigenvalues[0].into(),
-            ratio(1).into(),
-            ratio(2).into(),
-        ]);
+        ];
+        let of_modes = eigenvalues(&pca);
+        table.row(of_average.into_iter().chain(of_modes));
         let own = own_boundaries(&result)?;
         draw_average(&mut tiles, what, &own, &pushed, n_components)?;
         draw_modes(&mut tiles, what, &own, &pca);

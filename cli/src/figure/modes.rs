@@ -64,15 +64,25 @@ const USUAL: [&str; 5] = [
 
 /// The cells of [`USUAL`].
 fn usual<const D: usize>(pca: &Pca<D>) -> [Cell; 5] {
+    let [first, second, third] = eigenvalues(pca);
+    let definite = if pca.definite() { "yes" } else { "no" };
+    [
+        first,
+        second,
+        third,
+        pca.imbalance().into(),
+        definite.into(),
+    ]
+}
+
+/// The first eigenvalue, and the next two over it.
+pub(super) fn eigenvalues<const D: usize>(pca: &Pca<D>) -> [Cell; 3] {
     let ratios = pca.ratios();
     let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
-    let definite = if pca.definite() { "yes" } else { "no" };
     [
         pca.modes.eigenvalues[0].into(),
         ratio(1).into(),
         ratio(2).into(),
-        pca.imbalance().into(),
-        definite.into(),
     ]
 }
 
