@@ -59,7 +59,7 @@ enum Command {
     Length(LongArgs<LengthConfig>),
     /// Computes the metric of a variation of a shape, and the optimal velocity of the fluid in it.
     #[command(after_help = examples("metric"))]
-    Metric(ComputeArgs<MetricConfig>),
+    Metric(LongArgs<MetricConfig>),
     /// Continues a geodesic beyond its end (discrete exponential map).
     #[command(after_help = examples("extend"))]
     Extend(LongArgs<ExtendConfig>),
@@ -71,13 +71,13 @@ enum Command {
     Distances(Box<DistancesArgs>),
     /// Segments grey images: their edges, and the objects bounded by them.
     #[command(after_help = examples("segment"))]
-    Segment(ComputeArgs<SegmentConfig>),
+    Segment(LongArgs<SegmentConfig>),
     /// Computes the principal modes of variation of the shapes of an average.
     #[command(after_help = examples("pca"))]
     Pca(LongArgs<PcaConfig>),
     /// Computes a shape from its scores in the modes of variation.
     #[command(after_help = examples("synthesize"))]
-    Synthesize(ComputeArgs<SynthesizeConfig>),
+    Synthesize(LongArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
     #[command(after_help = examples("score"))]
     Score(LongArgs<ScoreConfig>),

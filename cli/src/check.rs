@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fe_grid::{Grid, certify};
+use phasefield::InterfaceLength;
 use serde_json::Value;
-use shape_average::elastic_energy;
+use shape_average::{elastic_energy, mismatch_energy};
 use shapespace_report::table::Table;
 
 use crate::error::{CliError, Exit};
@@ -217,14 +218,15 @@ fn check_inputs(record: &Value, findings: &mut Findings) {
     }
 }
 
-/// The determinants and the elastic energies of an average.
+/// The determinants of an average and the terms of its functional; without the mismatch and the length where that has
+/// several components, or parts of its shapes are hidden.
 fn check_average<const D: usize>(
     stored: &StoredAverage<D>,
     record: &Value,
     findings: &mut Findings,
 ) -> Result<(), CliError> {
     let grid = *stored.average.grid();
-    let mut least = f64::INFINITY;
+    let (mut least, mut elastic) = (f64::INFINITY, Vec::new());
     for i in 0..stored.average.n_shapes() {
         let source = stored.average.source(i);
         least = least.min(certify(&grid, source.displacement, 0.0).min_det);
@@ -233,7 +235,11 @@ fn check_average<const D: usize>(
             let (params, u) = (&stored.params, source.displacement);
             let found = elastic_energy(params, &grid, source.indicator, u)?;
             findings.compare(format!("elastic energy {i}"), found, stated);
+            elastic.push(found);
         }
+    }
+    if stored.components.is_empty() && !stored.phase_fields.is_empty() {
+        check_match(stored, &elastic, record, findings)?;
     }
     match record
         .pointer("/certificate/min_det")
@@ -241,6 +247,43 @@ fn check_average<const D: usize>(
     {
         Some(stated) => findings.compare("determinant".into(), least, stated),
         None => findings.add("determinant", shown(least), least > 0.0),
+    }
+    Ok(())
+}
+
+/// The mismatch of every shape, the interface length, and the functional.
+fn check_match<const D: usize>(
+    stored: &StoredAverage<D>,
+    elastic: &[f64],
+    record: &Value,
+    findings: &mut Findings,
+) -> Result<(), CliError> {
+    let (grid, params) = (*stored.average.grid(), &stored.params);
+    let stated = |key: &str| record.pointer(key).and_then(Value::as_f64);
+    let average = stored.phase_field.as_slice();
+    let (n, mut total) = (stored.phase_fields.len(), 0.0);
+    let sources = stored.average.sources();
+    let shapes = stored.phase_fields.iter().zip(&sources).zip(elastic);
+    for (i, ((field, source), elastic)) in shapes.enumerate() {
+        let (fields, u) = ([average, field.as_slice()], source.displacement);
+        let mismatch = mismatch_energy(params, &grid, fields, u)?;
+        if let Some(stated) = stated(&format!("/energy/mismatch/{i}")) {
+            findings.compare(format!("mismatch {i}"), mismatch, stated);
+        }
+        // A shape of weight zero does not enter the functional.
+        if source.weight > 0.0 {
+            total += source.weight * elastic + params.mismatch_weight / n as f64 * mismatch;
+        }
+    }
+    let interface = InterfaceLength {
+        interface_width: params.interface_cells * grid.spacing(),
+    };
+    let length = interface.of(&grid, average);
+    total += params.resolved_length_weight() * length;
+    for (what, found) in [("length", length), ("total", total)] {
+        if let Some(stated) = stated(&format!("/energy/{what}")) {
+            findings.compare(format!("{what} of the functional"), found, stated);
+        }
     }
     Ok(())
 }

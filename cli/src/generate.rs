@@ -12,11 +12,15 @@ use shapespace_generate::{
 };
 
 use crate::error::CliError;
+use crate::memory::{check_free, in_short};
 use crate::numbers::{finite, positive, shown};
 use crate::output::npy::{Precision, field_to};
 use crate::output::{OutputError, ResultDir, write_new_file};
 use shapespace_input::terminal::note;
 use shapespace_picture::png::encode;
+
+/// Small pictures are drawn without a note on the memory.
+const WORTH_SAYING: u64 = 64 << 20;
 
 /// Draws a test shape or a family of test shapes.
 #[derive(Debug, Args)]
@@ -182,6 +186,12 @@ fn run<const D: usize>(
     letters: fn() -> Vec<Member<D>>,
 ) -> Result<Vec<PathBuf>, CliError> {
     let grid = grid::<D>(common)?;
+    // The shape, and the bytes of its file.
+    let needed = (2 * size_of::<f64>() * grid.n_nodes()) as u64;
+    if needed > WORTH_SAYING {
+        note(in_short(needed));
+    }
+    check_free(needed, &grid)?;
     let centre = centre::<D>(common)?;
     check_greys(common)?;
     // Every member of a family has its own noise.

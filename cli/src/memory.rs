@@ -19,6 +19,14 @@ pub(crate) fn announce<const D: usize>(
     progress: &Progress,
 ) -> Result<(), CliError> {
     progress.note(in_short(needed));
+    check_free(needed, grid)
+}
+
+/// Checks that so much memory is free on this process.
+///
+/// # Errors
+/// [`CliError::TooLarge`] if less is free.
+pub(crate) fn check_free<const D: usize>(needed: u64, grid: &Grid<D>) -> Result<(), CliError> {
     match free() {
         Some(free) if needed > free => Err(CliError::TooLarge {
             needed,

@@ -284,7 +284,7 @@ fn rank<const D: usize>(found: &Geodesic<D>) -> (bool, bool, f64) {
 }
 
 /// Checks the parameters and the shapes of a path.
-fn check_both<const D: usize>(
+pub(crate) fn check_both<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,

@@ -172,7 +172,7 @@ fn measured_metric<const D: usize>(nodes: usize) -> f64 {
         let variation = Variation::Nodal(ball.clone());
         let params = MetricParams::default();
         ALLOCATOR.reset_peak_usage();
-        boundary_metric::estimate(&ball, &variation, &params).unwrap();
+        boundary_metric::estimate(&ball, &variation, &params, &mut Silent).unwrap();
         let most = ALLOCATOR.peak_usage() - before;
         boundary_metric::memory_estimate(&ball) as f64 / most as f64
     })

@@ -1,10 +1,48 @@
-//! The least mismatch of a shape with any phase field, and the energy of a shape above it.
+//! The mismatch of a shape with a phase field, the least one with any, and the energy of a shape above that.
 
 use crate::energy::Energy;
+use crate::error::AverageError;
 use crate::level::LevelShapes;
+use crate::params::AverageParams;
 use fe_grid::composition::{Interpolant, Matching};
-use fe_grid::{Assembly, Data, GridError};
-use phasefield::{LeastMismatch, Masked};
+use fe_grid::{Assembly, Data, Grid, GridError, compiled_once};
+use phasefield::{LeastMismatch, Masked, Mismatch};
+
+compiled_once! {
+    /// Computes the mismatch `F[v o phi, v_i]` of a shape of one component, from the average `v`, the phase field
+    /// `v_i` and the displacement of `phi`, with the interface width of the parameters. Mismatches of results are
+    /// these, where no part of a shape is hidden.
+    ///
+    /// # Errors
+    /// [`AverageError`] where the density is not finite.
+    ///
+    /// # Panics
+    /// If the fields and the displacement do not have one and `D` values per node.
+    pub fn mismatch_energy<'a, D>(
+        params: &'a AverageParams,
+        grid: &'a Grid<D>,
+        fields: [&'a [f64]; 2],
+        displacement: &'a [f64],
+    ) -> Result<f64, AverageError> = mismatch_energy_in;
+}
+
+fn mismatch_energy_in<const D: usize>(
+    params: &AverageParams,
+    grid: &Grid<D>,
+    [average, phase_field]: [&[f64]; 2],
+    displacement: &[f64],
+) -> Result<f64, AverageError> {
+    let density = Mismatch {
+        interface_width: params.interface_cells * grid.spacing(),
+        scale: 1.0,
+    };
+    let law = Matching::new(density, Interpolant::new(*grid, average));
+    let data = Data {
+        coefficients: &[phase_field],
+        cells: &[],
+    };
+    Ok(Assembly::new(*grid, &law, data).value(displacement)?)
+}
 
 /// Computes the least mismatch of each shape, of all processes, with any phase field. Collective.
 pub(crate) fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError> {

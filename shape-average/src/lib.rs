@@ -96,6 +96,7 @@ pub use alternating::Alternating;
 pub use elastic::elastic_energy;
 pub use energy::{ComponentEnergy, Energy};
 pub use error::AverageError;
+pub use floor::mismatch_energy;
 pub use level::LevelShapes;
 pub use memory::{MemoryEstimate, memory_estimate};
 pub use minima::{Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts};

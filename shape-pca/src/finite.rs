@@ -17,7 +17,7 @@ use crate::compound::{Source, evaluate};
 use crate::error::PcaError;
 use crate::operator::{Compound, multiply};
 use fe_grid::minimise::{
-    Evaluation, Info, Minimiser, NewtonCgParams, Objective, SecondOrder, Silent, Stopping,
+    Evaluation, Info, Minimiser, NewtonCgParams, Objective, Observer, SecondOrder, Status, Stopping,
 };
 use fe_grid::pullback::{Derivatives, Pullback};
 use fe_grid::stencil::BlockStencil;
@@ -28,6 +28,7 @@ compiled_once! {
     fn respond<'a, D>(
         problem: &'a Finite<'a, D>,
         load: &'a [f64],
+        observer: &'a mut dyn Observer,
     ) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> = Finite::response;
 }
 
@@ -64,19 +65,27 @@ impl<'a, const D: usize> Finite<'a, D> {
         }
     }
 
-    /// Computes the response to a load.
+    /// Computes the response to a load. The observer may cancel; the state that has been reached is returned then.
     ///
     /// # Errors
     /// Those of the law and of the grid layer. Failure to converge is not an error; it is reported.
     ///
     /// # Panics
     /// If the load does not have `D` components of the grid.
-    pub fn respond(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
+    pub fn respond(
+        &self,
+        load: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
         assert_eq!(load.len(), D * self.compound.grid().n_nodes());
-        respond(self, load)
+        respond(self, load, observer)
     }
 
-    fn response(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
+    fn response(
+        &self,
+        load: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
         let grid = *self.compound.grid();
         let mut w = vec![0.0; load.len()];
         let mut report = FiniteReport {
@@ -104,7 +113,8 @@ impl<'a, const D: usize> Finite<'a, D> {
                 },
                 ..NewtonCgParams::default()
             };
-            let info = minimiser.minimise(&mut objective, &mut next, &mut Silent)?;
+            let info = minimiser.minimise(&mut objective, &mut next, observer)?;
+            let cancelled = info.status == Status::Cancelled;
             // A load of zero is reached without a step.
             let reached = info.iterations > 0 || info.status.converged();
             report.steps.push(info);
@@ -112,6 +122,9 @@ impl<'a, const D: usize> Finite<'a, D> {
                 break;
             }
             w = next;
+            if cancelled {
+                break;
+            }
             report.share = share;
         }
         self.compound.rigid().constrain(&mut w);

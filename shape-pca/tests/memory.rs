@@ -60,7 +60,7 @@ fn measured_response<const D: usize>(nodes: usize, n_shapes: usize) -> f64 {
         let compound = Compound::new(&average, &PcaParams::default()).unwrap();
         let load = compound.apply(smooth(grid, 1e-3, 1.0).as_slice());
         let problem = Finite::new(&average, &compound);
-        let (_, report) = problem.respond(&load).unwrap();
+        let (_, report) = problem.respond(&load, &mut Silent).unwrap();
         assert!(report.steps[0].iterations > 1);
         let most = ALLOCATOR.peak_usage() - before;
         memory_estimate_of_response(n_shapes, 0, &grid) as f64 / most as f64

@@ -42,7 +42,7 @@ const RESULTS: [&str; 3] = [
 ];
 
 /// The cases, without output and checkpoints.
-const CASES: [(&str, &str); 15] = [
+const CASES: [(&str, &str); 18] = [
     (
         "average",
         "average a.npy b.npy c.npy --grid 65 --align none --tolerance 2e-3",
@@ -84,6 +84,12 @@ const CASES: [(&str, &str); 15] = [
     ("pca", "pca average"),
     ("extend", "extend path --steps 3"),
     ("transport", "transport path raised.png --steps 2"),
+    ("metric", "metric a.npy --mode 2 --grid 65"),
+    (
+        "synthesize",
+        "synthesize modes --scores=2,1 --nonlinear --load-steps 4",
+    ),
+    ("segment", "segment grey1.npy grey2.npy --grid 129"),
     ("verify", "verify laws level --quick"),
 ];
 

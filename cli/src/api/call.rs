@@ -47,7 +47,18 @@ pub const COMMANDS: [&str; 12] = [
 ];
 
 /// Those of them that store checkpoints.
-const LONG: [&str; 6] = ["average", "geodesic", "pca", "score", "extend", "transport"];
+const LONG: [&str; 10] = [
+    "average",
+    "geodesic",
+    "length",
+    "metric",
+    "pca",
+    "score",
+    "synthesize",
+    "segment",
+    "extend",
+    "transport",
+];
 
 /// Where a computation stores checkpoints, and how often. The same call resumes from them after a sudden
 /// end; they are removed when the result is complete.

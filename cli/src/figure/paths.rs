@@ -1,7 +1,8 @@
 //! Paths between the shapes of a figure.
 
-use ::geodesic::{Geodesic, GeodesicParams, geodesic};
+use ::geodesic::{Geodesic, GeodesicParams, Shape, geodesic, geodesic_from_steps};
 use fe_grid::ScalarField;
+use fe_grid::minimise::Observer;
 use shapespace_picture::{Canvas, INK, WHITE, colour, mix, time};
 
 use super::scene::Scene;
@@ -27,12 +28,43 @@ pub(super) fn path<const D: usize>(
     [start, end]: [&ScalarField<f64, D>; 2],
     params: &GeodesicParams,
 ) -> Result<Geodesic<D>, CliError> {
+    observed(scene, what, params, start, |watch| {
+        Ok(geodesic(start, end, params, watch)?)
+    })
+}
+
+/// The path of the number of steps of the parameters in the valley of one of another number.
+///
+/// # Errors
+/// As [`path`].
+pub(super) fn path_from<const D: usize>(
+    scene: &Scene<'_, D>,
+    what: &str,
+    [start, end]: [&ScalarField<f64, D>; 2],
+    known: &Geodesic<D>,
+    params: &GeodesicParams,
+) -> Result<Geodesic<D>, CliError> {
+    let ends = [start, end].map(|u| Shape::new(u.clone()));
+    observed(scene, what, params, start, |watch| {
+        let found = geodesic_from_steps(&ends[0], &ends[1], known, params, watch)?;
+        found.map_or_else(|| Ok(geodesic(start, end, params, watch)?), Ok)
+    })
+}
+
+/// Computes a path under the eyes of an observer, and keeps its doubts.
+fn observed<const D: usize>(
+    scene: &Scene<'_, D>,
+    what: &str,
+    params: &GeodesicParams,
+    start: &ScalarField<f64, D>,
+    compute: impl FnOnce(&mut dyn Observer) -> Result<Geodesic<D>, CliError>,
+) -> Result<Geodesic<D>, CliError> {
     let session = scene.session;
     session.progress.note(format!("{what}:"));
     let grids = start.grid().hierarchy(params.coarsest_nodes);
     let mut checkpointer = scene.checkpointer.borrow_mut();
     let mut watch = checkpointer.observe(session.observer(&grids));
-    let found = geodesic(start, end, params, &mut watch)?;
+    let found = compute(&mut watch)?;
     watch.finish();
     if session.interrupt.asked() {
         return Err(CliError::Stopped);

@@ -1,11 +1,11 @@
-//! Lengths and dissipations of paths of more and more steps, and their limits.
+//! Lengths and dissipations of paths of more and more steps, each from the one before, and their limits.
 
 use ::geodesic::{Geodesic, GeodesicParams};
 use shapespace_picture::{LinePlot, PlotLine};
 use shapespace_report::error_bar::{ErrorBar, OrderFrom};
 use shapespace_report::table::{Cell, Table};
 
-use super::paths::{name, overlaid, pairs, params, path};
+use super::paths::{name, overlaid, pairs, params, path, path_from};
 use super::scene::Scene;
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
@@ -41,18 +41,24 @@ pub(super) fn steps<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
         let mut lengths = Vec::new();
         let mut dissipations = Vec::new();
         let mut arrived = 0;
+        let mut known: Option<Geodesic<D>> = None;
         for k in STEPS {
             let own = GeodesicParams {
                 tolerance: TOLERANCE,
                 max_iterations: Some(MAX_ITERATIONS),
                 ..params(scene, k)
             };
-            let found: Geodesic<D> = path(scene, &format!("{name}, K = {k}"), ends, &own)?;
+            let what = format!("{name}, K = {k}");
+            let found = match &known {
+                None => path(scene, &what, ends, &own)?,
+                Some(known) => path_from(scene, &what, ends, known, &own)?,
+            };
             lengths.push(found.length());
             dissipations.push(found.dissipation());
             arrived += usize::from(found.end_reached());
             let tile = overlaid(&tiles, &found, ends[1]);
-            tiles.push(&format!("{name}, K = {k}"), tile);
+            tiles.push(&what, tile);
+            known = Some(found);
         }
         let (length, dissipation) = (bar(&lengths), bar(&dissipations));
         tiles.push(
@@ -71,7 +77,8 @@ pub(super) fn steps<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
         title: "Paths of more and more steps",
         text: format!(
             "Lengths `L = sum sqrt W_k` and dissipations `Diss = K sum W_k` of paths of K steps on one grid, to \
-             a tolerance of {TOLERANCE:e}, and their limits for infinitely many: from the last three, of \
+             a tolerance of {TOLERANCE:e}, each from the one of half as many steps, so that all are in one \
+             valley, and their limits for infinitely many: from the last three, of \
              which the differences give an order; the error is the distance of the last from the limit. \
              Where the differences do not shrink by any order from 0.5 to 3 there is a dash, the limit is \
              the last value, and the error the largest difference. In one direction the error of few steps \

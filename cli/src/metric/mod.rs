@@ -12,6 +12,7 @@ use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, Doubt, Moments, contour};
 
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::memory::announce;
 use crate::options::Align;
 use crate::output::ResultDir;
@@ -32,6 +33,7 @@ pub(crate) struct MetricPlan<const D: usize> {
     steps: bool,
     /// With all defaults resolved.
     config: MetricConfig,
+    fingerprint: Fingerprint,
 }
 
 /// The metric of a variation.
@@ -43,6 +45,8 @@ pub(crate) struct Outcome<const D: usize> {
     outline: Contour<D>,
     found: Estimate<D>,
     doubts: Vec<Doubt>,
+    /// Whether the user stopped the computation.
+    interrupted: bool,
 }
 
 impl Command for MetricConfig {
@@ -72,7 +76,9 @@ impl Command for MetricConfig {
             placed,
             steps,
             config,
+            fingerprint,
         } = plan;
+        let mut checkpointer = session.checkpointer(fingerprint)?;
         let (inputs, distances) = prepare(placed, &[], &session.progress, &session.processes)?;
         let mut distances = distances.into_iter();
         let (Some(distance), Some(input)) = (distances.next(), inputs.first()) else {
@@ -99,12 +105,16 @@ impl Command for MetricConfig {
             &session.progress,
         )?;
         session.progress.stage("computing the optimal velocity");
+        let mut watch = checkpointer.observe(session.equation_observer(distance.grid()));
+        let params = &config.params;
         let found = if steps {
             let samples = input.frame.sample_size().into_iter().fold(0.0, f64::max);
-            estimate_of_mask(&distance, samples, &variation, &config.params)?
+            estimate_of_mask(&distance, samples, &variation, params, &mut watch)?
         } else {
-            estimate(&distance, &variation, &config.params)?
+            estimate(&distance, &variation, params, &mut watch)?
         };
+        watch.finish();
+        session.ended(checkpointer);
         let outline = contour(&distance, 0.0, BoxEdge::Closed);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), found.doubts()].concat(),
@@ -113,6 +123,7 @@ impl Command for MetricConfig {
             inputs,
             distance,
             found,
+            interrupted: session.interrupt.asked(),
         })
     }
 
@@ -157,10 +168,12 @@ fn plan<const D: usize>(
         config.masks.align.get_or_insert(Align::None);
     }
     let steps = images.first().is_some_and(has_steps);
+    let hashes = images.iter().map(hash).collect();
     let placed = Placed::new(images, &mut config.masks)?;
     Ok(MetricPlan {
         placed,
         steps,
+        fingerprint: Fingerprint::new(&config, hashes),
         config,
     })
 }

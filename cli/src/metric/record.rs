@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{MetricConfig, Outcome};
 use crate::doubts::named;
-use crate::report::{self, CONVERGED};
+use crate::report::{self, CANCELLED, CONVERGED};
 use crate::shapes::{Input, common_scale, records_of};
 use crate::summary::Summary;
 
@@ -108,7 +108,9 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         rounds: flow.rounds,
         iterations: flow.iterations,
     };
-    let status = if flow.converged {
+    let status = if outcome.interrupted {
+        CANCELLED
+    } else if flow.converged {
         CONVERGED
     } else {
         "max_iterations"

@@ -15,9 +15,11 @@ use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{DoubtRecord, named, of_source};
 use crate::error::CliError;
+use crate::fingerprint::Fingerprint;
 use crate::geodesic::draw::{portraits, portraits_of_parts};
 use crate::memory::announce;
 use crate::output::ResultDir;
+use crate::report::CANCELLED;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
 use crate::warp::{write_labels, write_shape};
@@ -29,6 +31,8 @@ pub(crate) struct Outcome<const D: usize> {
     displacement: VectorField<f64, D>,
     /// The report of the nonlinear problem.
     report: Option<FiniteReport>,
+    /// Whether the user stopped the computation.
+    interrupted: bool,
 }
 
 impl Command for SynthesizeConfig {
@@ -75,14 +79,24 @@ impl Command for SynthesizeConfig {
             let load = compound.apply(displacement.as_slice());
             let mut problem = Finite::new(&stored.average.average, &compound);
             problem.load_steps = self.load_steps;
-            let found = problem.respond(&load)?;
+            let mut fingerprint = Fingerprint::of_results(self, &[&self.pca])?;
+            for key in ["pca", "average"] {
+                fingerprint.leave_out(key);
+            }
+            let mut checkpointer = session.checkpointer(fingerprint)?;
+            let mut watch = checkpointer.observe(session.observer(&[*grid]));
+            let found = problem.respond(&load, &mut watch)?;
+            watch.finish();
+            session.ended(checkpointer);
             displacement = found.0;
             report = Some(found.1);
         }
+        let interrupted = report.is_some() && session.interrupt.asked();
         Ok(Outcome {
             stored,
             displacement,
             report,
+            interrupted,
         })
     }
 
@@ -190,7 +204,9 @@ fn record<const D: usize>(
         .map(DoubtRecord::of_scores)
         .collect();
     let reached = share >= 1.0;
-    let status = if reached {
+    let status = if outcome.interrupted {
+        CANCELLED
+    } else if reached {
         "complete"
     } else {
         "load_not_reached"

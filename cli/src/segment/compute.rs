@@ -10,7 +10,7 @@ use phasefield::segmentation::{
 };
 
 use super::args::{Object, SegmentConfig};
-use super::plan::Placed;
+use super::plan::{Placed, SegmentPlan};
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::memory::announce;
@@ -90,13 +90,18 @@ pub(crate) struct Comparison<const D: usize> {
 /// # Errors
 /// [`CliError`] if a linear solver breaks down.
 pub(super) fn compute<const D: usize>(
-    images: Vec<Placed<D>>,
-    config: &SegmentConfig,
+    plan: SegmentPlan<D>,
     session: &Session<'_>,
-) -> Result<Vec<Found<D>>, CliError> {
+) -> Result<(SegmentConfig, Vec<Found<D>>), CliError> {
+    let SegmentPlan {
+        images,
+        config,
+        fingerprint,
+    } = plan;
+    let mut checkpointer = session.checkpointer(fingerprint)?;
     let several = images.len() > 1;
     let found = images.into_iter().map(|placed| {
-        check_threshold(&placed, config)?;
+        check_threshold(&placed, &config)?;
         let params = config.params(placed.nodal.grid())?;
         if several {
             session.progress.note(format!("{}:", placed.input.name));
@@ -104,9 +109,9 @@ pub(super) fn compute<const D: usize>(
         let grid = placed.nodal.grid();
         announce(memory_estimate(grid), grid, &session.progress)?;
         let levels = grid.hierarchy(params.coarsest_nodes);
-        let mut watch = session.observer(&levels);
+        let mut watch = checkpointer.observe(session.observer(&levels));
         let result = segment(&placed.nodal, &params, &mut watch)?;
-        let object = object(&placed, &result, config);
+        let object = object(&placed, &result, &config);
         Ok(Found {
             history: watch.finish(),
             placed,
@@ -115,7 +120,9 @@ pub(super) fn compute<const D: usize>(
             object,
         })
     });
-    found.collect()
+    let found = found.collect::<Result<_, CliError>>()?;
+    session.ended(checkpointer);
+    Ok((config, found))
 }
 
 /// Checks that a configured threshold separates grey values of the image; smoothed values lie

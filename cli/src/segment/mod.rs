@@ -34,8 +34,7 @@ impl Command for SegmentConfig {
         plan: SegmentPlan<D>,
         session: &Session<'_>,
     ) -> Result<Self::Outcome<D>, CliError> {
-        let found = compute::compute(plan.images, &plan.config, session)?;
-        Ok((plan.config, found))
+        compute::compute(plan, session)
     }
 
     fn write<const D: usize>(

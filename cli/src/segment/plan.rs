@@ -7,6 +7,7 @@ use phasefield::segmentation::{SegmentationParams, Weights};
 
 use super::args::{SegmentConfig, wrong_truth};
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::grid::check_nodes;
 use crate::shapes::{InputRecord, file_names, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -38,6 +39,7 @@ pub(crate) struct SegmentPlan<const D: usize> {
     /// The configuration with all defaults resolved except those that depend on the size of an
     /// image.
     pub config: SegmentConfig,
+    pub fingerprint: Fingerprint,
 }
 
 /// Reads, places and validates the images.
@@ -59,6 +61,7 @@ fn plan<const D: usize>(
     mut config: SegmentConfig,
 ) -> Result<SegmentPlan<D>, CliError> {
     let truth = read_truth(&images, sources, &config)?;
+    let hashes = images.iter().map(hash).collect();
     let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
     let names = labels(&paths);
     let masks = file_names("mask", &paths);
@@ -84,6 +87,7 @@ fn plan<const D: usize>(
     config.scales.contrast = Some(config.scales.contrast());
     Ok(SegmentPlan {
         images: placed?,
+        fingerprint: Fingerprint::new(&config, hashes),
         config,
     })
 }

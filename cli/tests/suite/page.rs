@@ -2,6 +2,7 @@
 
 use crate::common::{Place, drawn, succeeded};
 use serde_json::Value;
+use std::path::Path;
 
 fn report(place: &Place) -> String {
     std::fs::read_to_string(place.path("out/report.html")).unwrap()
@@ -164,14 +165,28 @@ fn reports_work_in_a_browser() {
         drawn(&place, "blobs", "3", "17"),
         drawn(&place, "letters", "2", "17"),
     ];
-    let [solids, flat] = files.each_ref().map(|all| [&*all[0], &*all[1]]);
-    for (command, inputs, output) in [
-        ("average", solids, "average"),
-        ("geodesic", solids, "path"),
-        ("distances", flat, "map"),
+    let [solids, flat] = files.each_ref().map(|all| all[..4].join(" "));
+    let names = files[0][..4]
+        .iter()
+        .map(|file| Path::new(file).file_stem().unwrap());
+    let rows = names
+        .zip(["x", "y", "x", "y"])
+        .map(|(name, group)| format!("{},{group}\n", name.display()));
+    let groups = rows.fold("shape,group\n".to_owned(), |all, row| all + &row);
+    place.write("groups.csv", groups.as_bytes());
+    let pair = files[0][..2].join(" ");
+    for (command, output) in [
+        (format!("average {solids} --grid 17"), "average"),
+        (format!("geodesic {pair} --grid 17"), "path"),
+        (format!("distances {flat} --grid 17"), "map"),
+        ("pca average".into(), "modes"),
+        (
+            "compare modes --groups groups.csv --permutations 99".into(),
+            "groups",
+        ),
     ] {
-        let options = ["--grid", "17", "-o", output];
-        succeeded(&place.compute(&[&[command], &inputs[..], &options].concat()));
+        let words: Vec<&str> = command.split_whitespace().collect();
+        succeeded(&place.compute(&[&words[..], &["-o", output]].concat()));
         let page = place.path(&format!("{output}/report.html"));
         let folder = format!("--user-data-dir={}", place.path("browser").display());
         let seen = std::process::Command::new(&browser)

@@ -171,6 +171,36 @@ fn lengths_and_figures_resume_to_the_same_bits() {
     assert!(check(&place, &figure) > 1, "{}", line!());
 }
 
+#[test]
+fn metrics_shapes_of_scores_and_segmentations_resume_to_the_same_bits() {
+    let place = Place::new();
+    draw(&place, "a.npy", &["cross", "--grid", "65"]);
+    draw(
+        &place,
+        "b.npy",
+        &["cross", "--grid", "65", "--angle", "15,5"],
+    );
+    assert!(check(&place, &["metric", "a.npy", "--mode", "2"]) > 1);
+    let average = ["average", "-o", "average", "--grid", "33", "a.npy", "b.npy"];
+    succeeded(&place.compute(&average));
+    succeeded(&place.compute(&["pca", "average", "-o", "modes"]));
+    let synthesize = [
+        "synthesize",
+        "modes",
+        "--scores=2",
+        "--nonlinear",
+        "--load-steps",
+        "3",
+    ];
+    assert!(check(&place, &synthesize) > 1);
+    for (name, radius) in [("grey1.npy", ".2"), ("grey2.npy", ".26")] {
+        let disk = ["disk", "--radius", radius, "--grid", "65"];
+        let grey = ["--contrast", ".6", "--noise", ".03"];
+        draw(&place, name, &[&disk[..], &grey[..]].concat());
+    }
+    assert!(check(&place, &["segment", "grey1.npy", "grey2.npy"]) > 1);
+}
+
 /// Experiments that have ended are not repeated.
 #[test]
 fn verification_goes_on_where_it_was_killed() {

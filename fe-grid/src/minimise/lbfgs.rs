@@ -4,7 +4,7 @@ use super::counted::Counted;
 use super::history::{Pair, PairHistory};
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start, Step};
-use super::memory::{Ended, Memory};
+use super::memory::Memory;
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
@@ -130,7 +130,7 @@ impl LbfgsParams {
             return Ok(monitor.finish_as(ended, memory.evaluations));
         }
         let status = run.iterate(x, &mut monitor, memory)?;
-        run.remember_end(x, status, &mut monitor);
+        monitor.remember_end(x, status, &run.objective);
         Ok(monitor.finish(status, run.objective.evaluations))
     }
 }
@@ -212,24 +212,6 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
             evaluations: self.objective.evaluations,
             objective: self.objective.memory().into(),
             ended: None,
-        });
-    }
-
-    /// Passes the result on to the observer. A run that is cancelled goes on another time.
-    fn remember_end(&self, x: &[f64], status: Status, monitor: &mut Monitor<'_>) {
-        if matches!(status, Status::Cancelled | Status::InadmissibleStart) {
-            return;
-        }
-        let gradient_norm = monitor.gradient_norm();
-        monitor.remember(|energies, first_gradient_norm| Memory {
-            energies: energies.into(),
-            first_gradient_norm,
-            evaluations: self.objective.evaluations,
-            ended: Some(Ended {
-                status,
-                gradient_norm,
-            }),
-            ..Memory::of_result(x, self.objective.memory())
         });
     }
 

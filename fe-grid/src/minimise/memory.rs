@@ -14,7 +14,7 @@ use super::pair_vector::PairVector;
 pub struct Memory<'a> {
     /// The state.
     pub x: Cow<'a, [f64]>,
-    /// The gradient there.
+    /// The gradient there, or another vector that the solver goes on from.
     pub gradient: Cow<'a, [f64]>,
     /// The pairs, oldest first.
     pub pairs: Vec<MemoryPair<'a>>,
@@ -218,8 +218,8 @@ impl Memory<'_> {
             + self.pairs.iter().map(pair).sum::<usize>()
     }
 
-    /// Whether it is that of a run with this number of unknowns and of at most so many pairs.
-    pub(super) fn fits(&self, dim: usize, pairs: usize) -> bool {
+    /// Whether it is that of a minimiser with this number of unknowns and of at most so many pairs.
+    pub fn fits(&self, dim: usize, pairs: usize) -> bool {
         let fits = |pair: &MemoryPair<'_>| pair.step.len() == dim && pair.change.len() == dim;
         self.x.len() == dim
             && (self.gradient.len() == dim || self.ended.is_some())

@@ -1,7 +1,9 @@
 //! Stopping criteria and convergence history.
 
+use super::counted::Counted;
 use super::info::{Evaluations, Info, Status};
 use super::memory::{Ended, Memory};
+use super::objective::Objective;
 use super::observer::{Control, Iteration, Observer};
 
 /// Stopping criteria of a minimisation.
@@ -128,14 +130,32 @@ impl<'a> Monitor<'a> {
         self.observer.memory(&memory);
     }
 
+    /// Passes on the result of a run. One that is cancelled goes on another time.
+    pub(super) fn remember_end<O: Objective>(
+        &mut self,
+        x: &[f64],
+        status: Status,
+        objective: &Counted<'_, O>,
+    ) {
+        if matches!(status, Status::Cancelled | Status::InadmissibleStart) {
+            return;
+        }
+        let gradient_norm = self.info.gradient_norm;
+        self.remember(|energies, first_gradient_norm| Memory {
+            energies: energies.into(),
+            first_gradient_norm,
+            evaluations: objective.evaluations,
+            ended: Some(Ended {
+                status,
+                gradient_norm,
+            }),
+            ..Memory::of_result(x, objective.memory())
+        });
+    }
+
     /// Whether a memory would be of use now, within the run.
     pub(super) fn remembers(&mut self) -> bool {
         self.observer.remembers(false)
-    }
-
-    /// Size of the last gradient.
-    pub(super) fn gradient_norm(&self) -> f64 {
-        self.info.gradient_norm
     }
 
     /// Returns the final record of an earlier run.

@@ -3,6 +3,7 @@
 use super::counted::Counted;
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start};
+use super::memory::Memory;
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
@@ -49,6 +50,9 @@ impl Default for NewtonCgParams {
 /// Choice 2 of Eisenstat and Walker: factor and safeguard.
 const FORCING_FACTOR: f64 = 0.9;
 const FORCING_SAFEGUARD: f64 = 0.1;
+
+/// Numbers of a memory that are not those of the objective: the forcing term, and the size of the gradient before.
+const OWN_NUMBERS: usize = 2;
 
 /// What an estimate of the remaining energy is compared with.
 ///
@@ -170,8 +174,18 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
     ) -> Result<Info, O::Error> {
         assert_eq!(x.len(), objective.dim());
         let mut run = Run::<'_, O, f64>::new(self, objective)?;
+        let memory = observer.resume();
+        let is_own =
+            |memory: &Memory<'_>| memory.ended.is_some() || memory.objective.len() >= OWN_NUMBERS;
+        let memory = memory.filter(|memory| memory.fits(x.len(), 0) && is_own(memory));
         let mut monitor = Monitor::new(&self.stopping, observer);
-        let status = run.iterate(x, &mut monitor)?;
+        if let Some((memory, ended)) = memory.as_ref().and_then(|all| Some((all, all.ended?))) {
+            x.copy_from_slice(&memory.x);
+            monitor.restore(memory);
+            return Ok(monitor.finish_as(ended, memory.evaluations));
+        }
+        let status = run.iterate(x, &mut monitor, memory)?;
+        monitor.remember_end(x, status, &run.objective);
         Ok(monitor.finish(status, run.objective.evaluations))
     }
 }
@@ -193,23 +207,50 @@ impl<'a, O: SecondOrder, T: Element> Run<'a, O, T> {
 }
 
 impl<O: SecondOrder> Run<'_, O, f64> {
-    fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
-        let first = self
-            .objective
-            .value_and_gradient(x, &mut self.gradient[..])?;
-        let Evaluation::Value(mut energy) = first else {
-            return Ok(Status::InadmissibleStart);
-        };
+    fn iterate(
+        &mut self,
+        x: &mut [f64],
+        monitor: &mut Monitor<'_>,
+        memory: Option<Memory<'static>>,
+    ) -> Result<Status, O::Error> {
+        let mut resumed = None;
+        let (mut energy, mut step_length, first);
+        let (mut forcing, mut last_size) = (self.params.max_forcing, None);
+        if let Some(memory) = memory {
+            x.copy_from_slice(&memory.x);
+            copy_into(&memory.gradient, &mut self.gradient);
+            let (known, of_objective) = memory.objective.split_at(OWN_NUMBERS);
+            (forcing, last_size) = (known[0], Some(known[1]).filter(|size| *size >= 0.0));
+            self.objective.restore(of_objective);
+            monitor.restore(&memory);
+            first = memory.energies.len();
+            (energy, step_length) = (memory.energies[first - 1], memory.step_length);
+            resumed = Some(memory.evaluations);
+        } else {
+            let found = self
+                .objective
+                .value_and_gradient(x, &mut self.gradient[..])?;
+            let Evaluation::Value(value) = found else {
+                return Ok(Status::InadmissibleStart);
+            };
+            (energy, step_length, first) = (value, 0.0, 1);
+        }
         self.objective.update_metric(x)?;
-        let (mut step_length, mut forcing) = (0.0, self.params.max_forcing);
-        let mut last_size: Option<f64> = None;
-        for iteration in 1.. {
+        for iteration in first.. {
             let squared_size = self.precondition_gradient()?;
-            let evaluations = self.objective.evaluations;
-            let scaled = self.objective.scaled(energy);
-            let judgement = monitor.judge(x, scaled, -squared_size, step_length, evaluations);
-            if let Some(status) = judgement {
-                return Ok(status);
+            if let Some(evaluations) = resumed.take() {
+                // The earlier run has been judged here, and has gone on.
+                self.objective.evaluations = evaluations;
+            } else {
+                let evaluations = self.objective.evaluations;
+                let scaled = self.objective.scaled(energy);
+                let judgement = monitor.judge(x, scaled, -squared_size, step_length, evaluations);
+                if let Some(status) = judgement {
+                    return Ok(status);
+                }
+                if self.has_new_metric(iteration - 1) {
+                    self.remember(x, step_length, (forcing, last_size), monitor);
+                }
             }
             let size = squared_size.sqrt();
             if let Some(last) = last_size {
@@ -237,12 +278,39 @@ impl<O: SecondOrder> Run<'_, O, f64> {
             copy_into(&self.search, x);
             std::mem::swap(&mut self.gradient, &mut self.residual);
             (energy, step_length) = (step.energy, step.length);
-            let interval = self.params.metric_interval;
-            if interval > 0 && iteration % interval == 0 {
+            if self.has_new_metric(iteration) {
                 self.objective.update_metric(x)?;
             }
         }
         Ok(Status::MaxIterations)
+    }
+
+    /// Whether the metric is recomputed after so many accepted steps.
+    fn has_new_metric(&self, iterations: usize) -> bool {
+        let interval = self.params.metric_interval;
+        iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
+    }
+
+    /// Passes the memory of this run on to the observer. Before that of the objective stand the forcing term and
+    /// the size of the gradient before, -1 for none.
+    fn remember(
+        &self,
+        x: &[f64],
+        step_length: f64,
+        (forcing, last_size): (f64, Option<f64>),
+        monitor: &mut Monitor<'_>,
+    ) {
+        let mut numbers = vec![forcing, last_size.unwrap_or(-1.0)];
+        numbers.extend(self.objective.memory());
+        monitor.remember(|energies, first_gradient_norm| Memory {
+            gradient: (&self.gradient[..]).into(),
+            energies: energies.into(),
+            first_gradient_norm,
+            step_length,
+            evaluations: self.objective.evaluations,
+            ended: None,
+            ..Memory::of_result(x, numbers)
+        });
     }
 
     fn next_forcing(&self, last_forcing: f64, ratio: f64) -> f64 {

@@ -1,9 +1,9 @@
-//! A run of L-BFGS resumes from its memory to the same bits.
+//! Runs of minimisers resume from their memory to the same bits.
 
 use fe_grid::GridError;
 use fe_grid::minimise::{
-    Control, Evaluation, Info, Iteration, LbfgsParams, Memory, Minimiser, Objective, Observer,
-    Stopping,
+    Control, Evaluation, Info, Iteration, LbfgsParams, Memory, Minimiser, NewtonCgParams,
+    Objective, Observer, SecondOrder, Stopping,
 };
 
 const DIM: usize = 12;
@@ -66,6 +66,23 @@ impl Objective for Chain {
     }
 }
 
+impl SecondOrder for Chain {
+    fn hessian_action(
+        &mut self,
+        x: &[f64],
+        direction: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), GridError> {
+        out.fill(0.0);
+        for i in 0..DIM - 1 {
+            let [d, e] = [direction[i], direction[i + 1]];
+            out[i] += (2.0 + 1200.0 * x[i] * x[i] - 400.0 * x[i + 1]) * d - 400.0 * x[i] * e;
+            out[i + 1] += 200.0 * e - 400.0 * x[i] * d;
+        }
+        Ok(())
+    }
+}
+
 /// Keeps every memory and every energy, and offers a memory to resume from.
 #[derive(Default)]
 struct Keeper {
@@ -93,47 +110,64 @@ impl Observer for Keeper {
     }
 }
 
-fn run(keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
-    run_in(false, keeper, start)
+fn stopping() -> Stopping {
+    Stopping {
+        relative_gradient: 1e-4,
+        max_iterations: 60,
+        ..Stopping::default()
+    }
 }
 
-fn run_in(compact: bool, keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
-    let params = LbfgsParams {
+fn lbfgs(compact: bool) -> LbfgsParams {
+    LbfgsParams {
         compact,
         history: 4,
         metric_interval: 5,
-        stopping: Stopping {
-            relative_gradient: 1e-4,
-            max_iterations: 60,
-            ..Stopping::default()
-        },
+        stopping: stopping(),
         ..LbfgsParams::default()
-    };
+    }
+}
+
+fn newton_cg(metric_interval: usize) -> NewtonCgParams {
+    NewtonCgParams {
+        metric_interval,
+        stopping: stopping(),
+        ..NewtonCgParams::default()
+    }
+}
+
+fn run(method: &impl Minimiser<Chain>, keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
     let mut x = vec![start; DIM];
-    let info = params.minimise(&mut Chain::default(), &mut x, keeper);
+    let info = method.minimise(&mut Chain::default(), &mut x, keeper);
     (info.unwrap(), x)
 }
 
 #[test]
 fn a_resumed_run_has_the_bits_of_the_whole() {
-    check_resumed(false);
+    check_resumed(&lbfgs(false), 5);
 }
 
 /// Its memory has the pairs in single precision, which they are rounded from again.
 #[test]
 fn a_resumed_compact_run_has_the_bits_of_the_whole() {
-    check_resumed(true);
+    check_resumed(&lbfgs(true), 5);
 }
 
-fn check_resumed(compact: bool) {
-    let run = |keeper: &mut Keeper, start| run_in(compact, keeper, start);
+#[test]
+fn a_resumed_run_of_newtons_method_has_the_bits_of_the_whole() {
+    check_resumed(&newton_cg(1), 1);
+    check_resumed(&newton_cg(3), 3);
+}
+
+fn check_resumed(method: &impl Minimiser<Chain>, interval: usize) {
+    let run = |keeper: &mut Keeper, start| run(method, keeper, start);
     let mut keeper = Keeper::default();
     let (whole, x) = run(&mut keeper, -0.7);
-    assert!(whole.iterations > 30, "{whole:?}");
+    assert!(whole.iterations > 8, "{whole:?}");
     let (end, within) = keeper.kept.split_last().unwrap();
-    assert_eq!(within.len(), whole.iterations.div_ceil(5));
+    assert_eq!(within.len(), whole.iterations.div_ceil(interval));
     for (k, memory) in within.iter().enumerate() {
-        assert_eq!(memory.energies.len(), 5 * k + 1);
+        assert_eq!(memory.energies.len(), interval * k + 1);
         let mut later = Keeper {
             offered: Some(memory.clone()),
             ..Keeper::default()
@@ -142,7 +176,7 @@ fn check_resumed(compact: bool) {
         let (resumed, reached) = run(&mut later, 3.0);
         assert_eq!(resumed, whole, "memory {k}");
         assert_eq!(reached, x, "memory {k}");
-        assert_eq!(later.energies, keeper.energies[5 * k + 1..]);
+        assert_eq!(later.energies, keeper.energies[interval * k + 1..]);
         assert!(later.kept == keeper.kept[k + 1..]);
     }
     // From the end nothing is computed.
@@ -156,6 +190,7 @@ fn check_resumed(compact: bool) {
 
 #[test]
 fn a_memory_that_does_not_fit_is_ignored() {
+    let run = |keeper: &mut Keeper, start| run(&lbfgs(false), keeper, start);
     let mut keeper = Keeper::default();
     let (whole, x) = run(&mut keeper, -0.7);
     let memory = keeper.kept[3].clone();
@@ -172,4 +207,15 @@ fn a_memory_that_does_not_fit_is_ignored() {
         };
         assert_eq!(run(&mut later, -0.7), (whole.clone(), x.clone()));
     }
+    // One of L-BFGS has no forcing term.
+    let newton_cg = newton_cg(1);
+    let start = || vec![-0.7; DIM];
+    let [mut alone, mut offered] = [start(), start()];
+    let mut later = Keeper {
+        offered: Some(keeper.kept[0].clone()),
+        ..Keeper::default()
+    };
+    let whole = newton_cg.minimise(&mut Chain::default(), &mut alone, &mut Keeper::default());
+    let other = newton_cg.minimise(&mut Chain::default(), &mut offered, &mut later);
+    assert_eq!((whole.unwrap(), alone), (other.unwrap(), offered));
 }

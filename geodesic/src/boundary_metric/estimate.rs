@@ -5,6 +5,7 @@ use super::solve::{Flow, ShapeMetric};
 use super::variation::Variation;
 use crate::distances::richardson;
 use crate::error::GeodesicError;
+use fe_grid::minimise::{Control, Observer};
 use fe_grid::{Grid, ScalarField, compiled_once};
 use levelset::{BoxEdge, ContourDistance, LevelsetError, contour};
 
@@ -15,6 +16,8 @@ const ORDER: u32 = 2;
 const COARSER: f64 = 2.0;
 /// Places of the coarser samples, in their distances. The error of a single place may be small by chance.
 const PLACES: [f64; 2] = [0.0, 0.5];
+/// Least tolerance of their flows: `G` is off by about half of it, and its change is to be known to a tenth.
+const TOLERANCE: f64 = 3e-3;
 /// Least distance of the coarser samples, in spacings of the grid, which bounds their number.
 const LEAST_DISTANCE: f64 = 0.5;
 
@@ -56,6 +59,7 @@ compiled_once! {
         distance: &'a ScalarField<f64, D>,
         variation: &'a Variation<D>,
         params: &'a MetricParams,
+        observer: &'a mut dyn Observer,
     ) -> Result<Estimate<D>, GeodesicError> = estimate_on_two_grids;
 }
 
@@ -70,6 +74,7 @@ compiled_once! {
         samples: f64,
         variation: &'a Variation<D>,
         params: &'a MetricParams,
+        observer: &'a mut dyn Observer,
     ) -> Result<Estimate<D>, GeodesicError> = estimate_with_samples;
 }
 
@@ -78,6 +83,7 @@ fn estimate_with_samples<const D: usize>(
     samples: f64,
     variation: &Variation<D>,
     params: &MetricParams,
+    observer: &mut dyn Observer,
 ) -> Result<Estimate<D>, GeodesicError> {
     if !(samples > 0.0 && samples.is_finite()) {
         return Err(GeodesicError::Parameter {
@@ -86,22 +92,24 @@ fn estimate_with_samples<const D: usize>(
             value: samples,
         });
     }
-    let mut found = estimate_on_two_grids(distance, variation, params)?;
+    let mut found = estimate_on_two_grids(distance, variation, params, observer)?;
     let coarser = f64::max(
         COARSER * samples,
         LEAST_DISTANCE * distance.grid().spacing(),
     );
     let growth = (coarser / samples).powi(ORDER as i32) - 1.0;
+    let params = MetricParams {
+        tolerance: params.tolerance.max(TOLERANCE),
+        ..*params
+    };
     for place in PLACES {
         let Some(coarse) = sampled_at(distance, coarser, place * coarser)? else {
             continue;
         };
-        let metric = match ShapeMetric::new(&coarse, params) {
-            Ok(metric) => metric,
-            Err(GeodesicError::Degenerate { .. }) => continue,
-            Err(error) => return Err(error),
+        let Some(metric) = metric_unless_stopped(&coarse, variation, &params, observer)? else {
+            continue;
         };
-        let change = (metric.flow(variation)?.metric() - found.flow.metric()).abs();
+        let change = (metric - found.flow.metric()).abs();
         let error = found.sampling_error.unwrap_or(0.0);
         found.sampling_error = Some(error.max(change / growth));
     }
@@ -136,19 +144,34 @@ fn estimate_on_two_grids<const D: usize>(
     distance: &ScalarField<f64, D>,
     variation: &Variation<D>,
     params: &MetricParams,
+    observer: &mut dyn Observer,
 ) -> Result<Estimate<D>, GeodesicError> {
-    let flow = ShapeMetric::new(distance, params)?.flow(variation)?;
+    let flow = ShapeMetric::new(distance, params)?.flow(variation, observer)?;
     let half_grid = match distance.grid().coarser() {
         None => None,
-        Some(grid) => match ShapeMetric::new(&distance.on_grid(&grid), params) {
-            Ok(metric) => Some(metric.flow(variation)?.metric()),
-            Err(GeodesicError::Degenerate { .. }) => None,
-            Err(error) => return Err(error),
-        },
+        Some(grid) => metric_unless_stopped(&distance.on_grid(&grid), variation, params, observer)?,
     };
     Ok(Estimate {
         flow,
         half_grid,
         sampling_error: None,
     })
+}
+
+/// `G` of the variation at another shape; `None` if that is empty, or the observer cancels.
+fn metric_unless_stopped<const D: usize>(
+    distance: &ScalarField<f64, D>,
+    variation: &Variation<D>,
+    params: &MetricParams,
+    observer: &mut dyn Observer,
+) -> Result<Option<f64>, GeodesicError> {
+    if observer.between() == Control::Cancel {
+        return Ok(None);
+    }
+    let flow = match ShapeMetric::new(distance, params) {
+        Ok(metric) => metric.flow(variation, observer)?,
+        Err(GeodesicError::Degenerate { .. }) => return Ok(None),
+        Err(error) => return Err(error),
+    };
+    Ok(Some(flow.metric()).filter(|_| observer.between() == Control::Continue))
 }

@@ -25,6 +25,7 @@
 //! Mechanical Approach to Geodesics in Shape Space* (2011).
 //!
 //! ```
+//! use fe_grid::minimise::Silent;
 //! use fe_grid::{Grid, ScalarField};
 //! use geodesic::boundary_metric::{MetricParams, ShapeMetric, Variation};
 //!
@@ -32,7 +33,7 @@
 //!     [0.3 - (x - 0.5).hypot(y - 0.5)]
 //! });
 //! let metric = ShapeMetric::new(&disk, &MetricParams::default())?;
-//! let flow = metric.flow(&Variation::Growth)?;
+//! let flow = metric.flow(&Variation::Growth, &mut Silent)?;
 //! // A disk that grows: 2 pi (lambda + mu), of any radius.
 //! assert!((flow.metric() / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.01);
 //! # Ok::<(), geodesic::GeodesicError>(())

@@ -34,7 +34,7 @@ impl Default for MetricParams {
             moduli: LameModuli::default(),
             void_stiffness: 1e-3,
             penalty: 10.0,
-            tolerance: 1e-4,
+            tolerance: 3e-4,
             max_iterations: 30,
         }
     }

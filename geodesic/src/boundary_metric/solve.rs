@@ -6,7 +6,8 @@
 //! K v + rho B^T B v = rho B^T v_n - B^T p,      p <- p + rho (mean of B v - v_n),
 //! ```
 //!
-//! where `B v` is `v . n` at the points of the boundary.
+//! where `B v` is `v . n` at the points of the boundary. The first rounds, whose multipliers are far from those
+//! wanted, solve less exactly.
 
 use super::boundary::BoundaryPoints;
 use super::cut::ObjectCells;
@@ -15,13 +16,16 @@ use super::operator::Augmented;
 use super::params::MetricParams;
 use super::variation::Variation;
 use crate::error::GeodesicError;
+use fe_grid::minimise::{Control, Ended, Evaluations, Iteration, Memory, Observer, Status};
 use fe_grid::{
     CgParams, CgScratch, CgStatus, Field, Grid, ScalarField, compiled_once, conjugate_gradient,
     mutant, vector,
 };
 
-/// Residual of the linear systems, relative to the tolerance of the multipliers.
+/// Residual of the linear systems, relative to the tolerance of the multipliers,
 const CG_TOLERANCE: f64 = 1e-2;
+/// or to this share of the residual of the round before, if that is larger.
+const FORCING: f64 = 0.1;
 /// Metric of a motion that is rigid up to errors, relative to `(lambda + 2 mu) int v_n^2` in the unit
 /// box.
 const NEARLY_RIGID: f64 = 1e-5;
@@ -58,7 +62,7 @@ pub struct Flow<const D: usize> {
     /// Energy of the void at its small stiffness, relative to the dissipation in the object; zero
     /// without dissipation.
     pub void_share: f64,
-    /// Rounds of the augmented Lagrangian.
+    /// Rounds of the augmented Lagrangian, each an update of the multipliers.
     pub rounds: usize,
     /// Iterations of conjugate gradients in all rounds.
     pub iterations: usize,
@@ -132,13 +136,18 @@ impl<const D: usize> ShapeMetric<D> {
         &self.boundary
     }
 
-    /// Computes the optimal velocity of a variation.
+    /// Computes the optimal velocity of a variation. The observer is told of every round, with the residual in
+    /// the place of an energy, and may cancel; the result is then that of the last round.
     ///
     /// # Errors
     /// [`GeodesicError::Parameter`] for a variation that is not finite; [`GeodesicError::Grid`] where
     /// the linear systems are not definite, which happens for extreme parameters.
-    pub fn flow(&self, variation: &Variation<D>) -> Result<Flow<D>, GeodesicError> {
-        flow_of(self, variation)
+    pub fn flow(
+        &self,
+        variation: &Variation<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Flow<D>, GeodesicError> {
+        flow_of(self, variation, observer)
     }
 
     /// Computes `G(a, b)`, the bilinear form of the metric, from the flows of both variations.
@@ -151,7 +160,11 @@ impl<const D: usize> ShapeMetric<D> {
         0.25 * (combined(1.0) - combined(-1.0))
     }
 
-    fn flow_in(&self, variation: &Variation<D>) -> Result<Flow<D>, GeodesicError> {
+    fn flow_in(
+        &self,
+        variation: &Variation<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Flow<D>, GeodesicError> {
         let boundary = &self.boundary;
         let wanted: Vec<f64> = boundary.points().iter().map(|p| variation.at(p)).collect();
         if let Some(&value) = wanted.iter().find(|v| !v.is_finite()) {
@@ -164,24 +177,35 @@ impl<const D: usize> ShapeMetric<D> {
         let size = boundary.norm(&wanted);
         let mut state = State::at_rest(self.cells.grid, boundary.n_patches());
         if size > 0.0 {
-            self.solve(&wanted, size, &mut state)?;
+            self.solve(&wanted, size, &mut state, observer)?;
         } else {
             state.converged = true;
+            state.residual = 0.0;
         }
         Ok(self.finished(&state, &wanted, size))
     }
 
-    fn solve(&self, wanted: &[f64], size: f64, state: &mut State) -> Result<(), GeodesicError> {
+    fn solve(
+        &self,
+        wanted: &[f64],
+        size: f64,
+        state: &mut State,
+        observer: &mut dyn Observer,
+    ) -> Result<(), GeodesicError> {
         let (boundary, params) = (&self.boundary, &self.params);
+        if observer.resume().is_some_and(|found| state.restore(found)) {
+            return Ok(());
+        }
         let operator = Augmented::new(&self.cells, boundary, params)?;
-        let solver = CgParams {
-            relative_tolerance: CG_TOLERANCE * params.tolerance,
-            max_iterations: MOST_ITERATIONS,
-            ..CgParams::default()
-        };
         let mut scratch = CgScratch::default();
         let mut load = vec![0.0; state.velocity.len()];
         while state.rounds < params.max_iterations {
+            let forcing = FORCING * state.residual;
+            let solver = CgParams {
+                relative_tolerance: CG_TOLERANCE * params.tolerance.max(forcing),
+                max_iterations: MOST_ITERATIONS,
+                ..CgParams::default()
+            };
             let points = boundary.points().iter().zip(wanted);
             let pressed: Vec<f64> = points
                 .map(|(point, value)| operator.penalty * value - state.multipliers[point.patch])
@@ -203,9 +227,11 @@ impl<const D: usize> ShapeMetric<D> {
                 *multiplier += mutant!(operator.penalty, MetricPenalty => 0.0) * mean;
             }
             state.residual = boundary.norm_of_means(&means) / size;
-            let solved = info.status == CgStatus::Converged;
-            if solved && state.residual <= params.tolerance {
-                state.converged = true;
+            let solved = info.status == CgStatus::Converged && forcing <= params.tolerance;
+            state.converged = solved && state.residual <= params.tolerance;
+            let ends = state.converged || state.rounds >= params.max_iterations;
+            observer.memory(&state.memory(ends));
+            if observer.iteration(&state.iteration()) == Control::Cancel || ends {
                 break;
             }
         }
@@ -261,11 +287,70 @@ impl State {
         Self {
             velocity: vec![0.0; D * grid.n_nodes()],
             multipliers: vec![0.0; patches],
-            residual: 0.0,
+            residual: 1.0,
             rounds: 0,
             iterations: 0,
             converged: false,
         }
+    }
+
+    /// The state for an observer.
+    fn iteration(&self) -> Iteration<'_> {
+        Iteration {
+            iteration: self.rounds,
+            energy: self.residual,
+            gradient_norm: 0.0,
+            step_length: 1.0,
+            evaluations: Evaluations {
+                gradients: self.iterations,
+                ..Evaluations::default()
+            },
+            x: &self.velocity,
+        }
+    }
+
+    /// The state for a checkpoint, with the multipliers in the place of a gradient.
+    fn memory(&self, ends: bool) -> Memory<'_> {
+        let numbers = [
+            self.residual,
+            self.rounds as f64,
+            self.iterations as f64,
+            f64::from(u8::from(self.converged)),
+        ];
+        let status = if self.converged {
+            Status::GradientTolerance
+        } else {
+            Status::MaxIterations
+        };
+        Memory {
+            gradient: (&self.multipliers[..]).into(),
+            ended: ends.then_some(Ended {
+                status,
+                gradient_norm: 0.0,
+            }),
+            ..Memory::of_result(&self.velocity, numbers.to_vec())
+        }
+    }
+
+    /// Takes over a state, if it is one of this boundary; returns whether it was the last.
+    fn restore(&mut self, memory: Memory<'static>) -> bool {
+        let fits = memory.x.len() == self.velocity.len()
+            && memory.gradient.len() == self.multipliers.len();
+        let [residual, rounds, iterations, converged] = *memory.objective else {
+            return false;
+        };
+        if !fits {
+            return false;
+        }
+        *self = Self {
+            velocity: memory.x.into_owned(),
+            multipliers: memory.gradient.into_owned(),
+            residual,
+            rounds: rounds as usize,
+            iterations: iterations as usize,
+            converged: converged > 0.0,
+        };
+        memory.ended.is_some()
     }
 }
 
@@ -274,5 +359,6 @@ compiled_once! {
     fn flow_of<'a, D>(
         metric: &'a ShapeMetric<D>,
         variation: &'a Variation<D>,
+        observer: &'a mut dyn Observer,
     ) -> Result<Flow<D>, GeodesicError> = ShapeMetric::flow_in;
 }

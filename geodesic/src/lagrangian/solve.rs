@@ -262,6 +262,29 @@ fn lagrangian_path_in<const D: usize>(
     Search::new(start, end, params).path(observer)
 }
 
+/// Minimises a path of one domain from one of another number of steps: its domain, the shape of that where it is
+/// none of the ends, the displacements, and the weight of the mismatch that it was minimised with.
+pub(crate) fn lagrangian_path_from_steps<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    (domain, middle, motions, weight): (Domain, Option<&Shape<D>>, &[Field<f64, D, D>], f64),
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<LagrangianPath<D>, GeodesicError> {
+    let level = level_of_shapes(start, params);
+    let held = domain != Domain::Middle;
+    let steps = motions.len() - usize::from(!held);
+    let x: Vec<f64> = motions.iter().flat_map(Field::as_slice).copied().collect();
+    let dim = D * level.grid.n_nodes();
+    let x = refine_time(&x, dim, [steps, params.steps], held);
+    let factor = weight / (params.resolved_mismatch_weight() * weight_on(domain));
+    let mut search = Search::on_one_level(start, end, params, level);
+    search.middle = middle.cloned();
+    let from = PathOnLevel::new(level, x);
+    let found = search.minimise(domain, from, &[level], factor, observer)?;
+    search.in_rounds(found, factor, observer)
+}
+
 /// The weight of a mismatch on a domain, relative to that of the single one on the domain of an end. Where both ends are
 /// matched, each lags behind by half as much with twice the weight: the length is that of a path that lags at one end.
 fn weight_on(domain: Domain) -> f64 {

@@ -40,7 +40,7 @@ fn flow<const D: usize>(
     params: &MetricParams,
 ) -> Flow<D> {
     let metric = ShapeMetric::new(shape, params).unwrap();
-    let flow = metric.flow(variation).unwrap();
+    let flow = metric.flow(variation, &mut Silent).unwrap();
     assert!(flow.converged, "{} {}", flow.rounds, flow.patch_residual);
     flow
 }
@@ -194,7 +194,7 @@ fn the_metric_is_a_quadratic_form() {
     let (shape, _) = ellipse(nodes, 0.4);
     let params = params(1.0, 1.0);
     let metric = ShapeMetric::new(&shape, &params).unwrap();
-    let flow = |variation: &Variation<2>| metric.flow(variation).unwrap();
+    let flow = |variation: &Variation<2>| metric.flow(variation, &mut Silent).unwrap();
     let (f, g) = (
         |[x, _]: [f64; 2]| (7.0 * x).cos(),
         |[x, y]: [f64; 2]| x * y - 0.2,
@@ -228,7 +228,7 @@ fn the_metric_is_a_quadratic_form() {
 #[test]
 fn harmonics_of_a_disk_are_orthogonal() {
     let metric = ShapeMetric::new(&ball::<2>(33, RADIUS), &params(1.0, 1.0)).unwrap();
-    let [a, b] = [2, 3].map(|degree| metric.flow(&harmonic(degree)).unwrap());
+    let [a, b] = [2, 3].map(|degree| metric.flow(&harmonic(degree), &mut Silent).unwrap());
     let cosine = metric.product(&a, &b) / (a.metric() * b.metric()).sqrt();
     assert!(cosine.abs() < 2e-3, "{cosine:e}");
 }
@@ -297,7 +297,7 @@ fn short_paths_have_the_length_of_the_metric() {
 #[test]
 fn half_the_grid_gives_the_error() {
     let params = params(1.0, 1.0);
-    let found = estimate(&ball::<2>(65, RADIUS), &harmonic(3), &params).unwrap();
+    let found = estimate(&ball::<2>(65, RADIUS), &harmonic(3), &params, &mut Silent).unwrap();
     let exact = on_disk(3, params.moduli);
     let (actual, claimed) = ((found.flow.metric() - exact).abs(), found.error().unwrap());
     assert!(
@@ -308,7 +308,7 @@ fn half_the_grid_gives_the_error() {
     assert!((extrapolated - exact).abs() < 0.3 * actual);
     assert_eq!(found.doubts(), []);
     // Ten oscillations in 16 cells.
-    let found = estimate(&ball::<2>(17, RADIUS), &harmonic(10), &params).unwrap();
+    let found = estimate(&ball::<2>(17, RADIUS), &harmonic(10), &params, &mut Silent).unwrap();
     assert!(!found.doubts().is_empty());
 }
 
@@ -325,7 +325,7 @@ fn half_the_samples_give_the_error_of_the_steps_of_a_mask() {
         let u = ContourDistance::new(&outline)
             .unwrap()
             .sample(Grid::cube(65));
-        estimate_of_mask(&u, 1.0 / samples as f64, &harmonic(2), &params).unwrap()
+        estimate_of_mask(&u, 1.0 / samples as f64, &harmonic(2), &params, &mut Silent).unwrap()
     };
     for samples in [50, 75, 100, 133, 150, 200] {
         let found = masked(samples, RADIUS);
@@ -350,9 +350,15 @@ fn half_the_samples_give_the_error_of_the_steps_of_a_mask() {
     let doubts = found.doubts();
     assert_eq!(doubts.len(), 1);
     assert_eq!(doubts[0].cause, Cause::SamplingError);
-    let usual = estimate(&ball::<2>(17, RADIUS), &harmonic(2), &params).unwrap();
+    let usual = estimate(&ball::<2>(17, RADIUS), &harmonic(2), &params, &mut Silent).unwrap();
     assert_eq!(usual.sampling_error, None);
-    let nothing = estimate_of_mask(&ball::<2>(17, RADIUS), 0.0, &harmonic(2), &params);
+    let nothing = estimate_of_mask(
+        &ball::<2>(17, RADIUS),
+        0.0,
+        &harmonic(2),
+        &params,
+        &mut Silent,
+    );
     assert!(matches!(nothing, Err(GeodesicError::Parameter { .. })));
 }
 
@@ -377,7 +383,9 @@ fn what_has_no_metric_is_refused() {
     let refused = ShapeMetric::new(&disk, &soft).err();
     assert!(matches!(refused, Some(GeodesicError::Parameter { .. })));
     let metric = ShapeMetric::new(&disk, &usual).unwrap();
-    let refused = metric.flow(&nodal(17, |_| f64::INFINITY)).err();
+    let refused = metric
+        .flow(&nodal(17, |_| f64::INFINITY), &mut Silent)
+        .err();
     assert!(matches!(refused, Some(GeodesicError::Parameter { .. })));
     let refused = Variation::towards(&disk, &ball(33, RADIUS)).err();
     assert!(matches!(refused, Some(GeodesicError::GridsDiffer)));

@@ -5,7 +5,8 @@ use super::relax;
 use super::relax::Part;
 use crate::error::PhaseFieldError;
 use fe_grid::minimise::{
-    Control, Evaluation, Evaluations, Info, Iteration, Minimiser, Objective, Observer, Status,
+    Control, Ended, Evaluation, Evaluations, Info, Iteration, Memory, Minimiser, Objective,
+    Observer, Status,
 };
 use fe_grid::{Assembly, Data, Grid};
 
@@ -72,6 +73,18 @@ impl<const D: usize> SegmentationObjective<D> {
         Ok(())
     }
 
+    /// What the checkpoints keep beside the fields.
+    fn counts(&self) -> Vec<f64> {
+        self.system_iterations.map(|count| count as f64).to_vec()
+    }
+
+    /// Takes over what [`Self::counts`] has returned.
+    fn restore(&mut self, counts: &[f64]) {
+        for (own, count) in self.system_iterations.iter_mut().zip(counts) {
+            *own = *count as usize;
+        }
+    }
+
     fn energy(&self, x: &[f64]) -> Result<f64, PhaseFieldError> {
         let coefficients = [self.image.as_slice()];
         let data = Data {
@@ -126,9 +139,37 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
     ) -> Result<Info, PhaseFieldError> {
         let mut energies: Vec<f64> = Vec::new();
         let mut evaluations = Evaluations::default();
-        objective.better_start(x)?;
         let mut last = x.to_vec();
+        let mut ended = None;
+        let memory = observer.resume();
+        if let Some(memory) = memory.filter(|memory| memory.fits(x.len(), 0)) {
+            x.copy_from_slice(&memory.x);
+            energies.extend_from_slice(&memory.energies);
+            evaluations = memory.evaluations;
+            objective.restore(&memory.objective);
+            ended = memory.ended.map(|ended| ended.status);
+            if ended.is_none() {
+                last.copy_from_slice(&memory.gradient);
+            }
+        } else {
+            objective.better_start(x)?;
+            last.copy_from_slice(x);
+        }
+        let resumed = ended.is_some();
         let status = loop {
+            if let Some(status) = ended {
+                break status;
+            }
+            if !energies.is_empty() {
+                observer.memory(&Memory {
+                    // In the place of a gradient, which it has not: the state before.
+                    gradient: (&last[..]).into(),
+                    energies: (&energies[..]).into(),
+                    evaluations,
+                    ended: None,
+                    ..Memory::of_result(x, objective.counts())
+                });
+            }
             // The relaxation returns the energy before it: the next state is computed ahead, and
             // discarded if the last one satisfies the tolerance.
             let mut next = x.to_vec();
@@ -164,6 +205,17 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
             last.copy_from_slice(x);
             x.copy_from_slice(&next);
         };
+        if !resumed && status != Status::Cancelled {
+            observer.memory(&Memory {
+                energies: (&energies[..]).into(),
+                evaluations,
+                ended: Some(Ended {
+                    status,
+                    gradient_norm: 0.0,
+                }),
+                ..Memory::of_result(x, objective.counts())
+            });
+        }
         Ok(Info {
             status,
             iterations: energies.len() - 1,

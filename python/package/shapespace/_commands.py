@@ -222,6 +222,7 @@ def length(
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -230,7 +231,8 @@ def length(
     beside that of the geodesic between the first and the last."""
     given = Gathered()
     inputs = {"inputs": given.images(shapes, spacing, affine, names, "shape")}
-    return Length(_Run(progress, threads, config=config)("length", given, inputs, options))
+    run = _Run(progress, threads, config=config, checkpoint=checkpoint)
+    return Length(run("length", given, inputs, options))
 
 
 def metric(
@@ -241,6 +243,7 @@ def metric(
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -255,7 +258,8 @@ def metric(
     ends = ["shape", "variation"][: len(images)] if names is None else names
     found = given.images(images, spacing, affine, ends)
     inputs = dict(zip(["shape", "variation"], found))
-    return Metric(_Run(progress, threads, config=config)("metric", given, inputs, options))
+    run = _Run(progress, threads, config=config, checkpoint=checkpoint)
+    return Metric(run("metric", given, inputs, options))
 
 
 def distances(
@@ -358,6 +362,7 @@ def synthesize(
     *,
     average: Optional[Source] = None,
     config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -369,7 +374,7 @@ def synthesize(
         "scores": np.atleast_1d(np.asarray(scores, float)).tolist(),
         "average": None if average is None else _from(average, Average, "an average"),
     }
-    run = _Run(progress, threads, trust=trust, config=config)
+    run = _Run(progress, threads, trust=trust, config=config, checkpoint=checkpoint)
     computed = run("synthesize", Gathered(), inputs, options)
     return Shape(computed, (pca,))
 
@@ -440,6 +445,7 @@ def segment(
     names: Optional[Iterable[str]] = None,
     truth: Optional[Sequence[Image]] = None,
     config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -451,7 +457,8 @@ def segment(
     inputs: dict[str, Any] = {"inputs": given.images(images, spacing, affine, names, "image")}
     if truth is not None:
         inputs["truth"] = given.images(truth, kind="truth")
-    return Segmentation(_Run(progress, threads, config=config)("segment", given, inputs, options))
+    run = _Run(progress, threads, config=config, checkpoint=checkpoint)
+    return Segmentation(run("segment", given, inputs, options))
 
 
 def extend(

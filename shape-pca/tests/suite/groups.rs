@@ -46,7 +46,7 @@ fn distance_from_uniform(values: &[f64], m: usize) -> f64 {
 fn p_values_are_uniform_if_the_groups_do_not_differ() {
     let runs = 200;
     let (n, m) = (16, 40);
-    let mut p = [vec![], vec![], vec![], vec![], vec![]];
+    let mut p: [Vec<f64>; 6] = Default::default();
     for run in 0..runs {
         let rows = table(n, 3, 1000 + run);
         let relabelling = few(m - 1, run);
@@ -65,6 +65,8 @@ fn p_values_are_uniform_if_the_groups_do_not_differ() {
         let distances = distances_of(&rows);
         p[3].push(permanova(&distances, &groups, relabelling).unwrap().p_value);
         p[4].push(compare_points(&rows, &groups, relabelling).unwrap().p_value[1]);
+        // Accuracies are multiples of 1/16: of equal ones all count.
+        p[5].push(classify(&rows, &groups, 3, relabelling).unwrap().p_value);
     }
     for (test, values) in p.iter().enumerate() {
         // The distance that 200 uniform numbers exceed with a probability of 1 %, after Kolmogorov.

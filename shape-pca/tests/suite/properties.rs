@@ -257,7 +257,7 @@ fn the_linear_response_is_the_limit_of_small_loads() {
     let finite = Finite::new(&average, &compound);
     let error = |delta: f64| {
         let small: Vec<f64> = load.iter().map(|f| delta * f).collect();
-        let (w, report) = finite.respond(&small).unwrap();
+        let (w, report) = finite.respond(&small, &mut Silent).unwrap();
         assert_eq!(report.share, 1.0);
         let scaled: Vec<f64> = w.as_slice().iter().map(|w| w / delta).collect();
         let difference: Vec<f64> = scaled.iter().zip(&u).map(|(a, b)| a - b).collect();
@@ -325,7 +325,9 @@ fn what_cannot_be_analysed_is_refused() {
     let load = vec![f64::NAN; 2 * grid.n_nodes()];
     assert!(compound.respond(&load).is_err());
     let at_rest = vec![0.0; load.len()];
-    let (_, report) = Finite::new(&same, &compound).respond(&at_rest).unwrap();
+    let (_, report) = Finite::new(&same, &compound)
+        .respond(&at_rest, &mut Silent)
+        .unwrap();
     assert_eq!(report.share, 1.0);
 }
 

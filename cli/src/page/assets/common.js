@@ -20,3 +20,25 @@ const slider = (controls, name, [low, high, step, value], words, moved) => {
   controls.append(label);
   return input;
 };
+// The colours of a bar, and under it what they mean, below another element.
+const legend = (figure, bar, above) => {
+  const old = figure.querySelector('.legend');
+  if (old) old.remove();
+  if (!bar) return;
+  const box = made('div', {class: 'legend'});
+  box.append(made('div', {}, bar.name));
+  const strip = made('canvas', {width: bar.colours.length - 1, height: 1});
+  const brush = strip.getContext('2d');
+  bar.colours.slice(1).forEach((colour, k) => {
+    brush.fillStyle = colour;
+    brush.fillRect(k, 0, 1, 1);
+  });
+  const marks = made('div', {class: 'marks'});
+  for (const [share, text] of bar.marks) {
+    const mark = made('span', {}, text);
+    mark.style.left = 100 * share + '%';
+    marks.append(mark);
+  }
+  box.append(strip, marks);
+  above.after(box);
+};

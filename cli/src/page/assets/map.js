@@ -32,6 +32,12 @@ for (const figure of document.querySelectorAll('figure.map')) {
     const mixed = heat[k].map((from, c) => Math.round(from + (heat[k + 1][c] - from) * (place - k)));
     return 'rgb(' + mixed.join(',') + ')';
   };
+  const shares = [...Array(101).keys()].map(k => k / 100);
+  legend(figure, {
+    name: 'distance',
+    colours: ['', ...shares.map(shade)],
+    marks: [0, .5, 1].map(share => [share, String(Number((share * most).toPrecision(3)))]),
+  }, canvas);
   rows.forEach((i, row) => columns.forEach((j, column) => {
     const value = matrix[i][j - first];
     if (value === null) return;

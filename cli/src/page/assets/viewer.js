@@ -92,28 +92,6 @@ const surfaceOf = (gl, shader) => {
     },
   };
 };
-// The colours of a bar, and under it what they mean.
-const legend = (figure, bar) => {
-  const old = figure.querySelector('.legend');
-  if (old) old.remove();
-  if (!bar) return;
-  const box = made('div', {class: 'legend'});
-  box.append(made('div', {}, bar.name));
-  const strip = made('canvas', {width: bar.colours.length - 1, height: 1});
-  const brush = strip.getContext('2d');
-  bar.colours.slice(1).forEach((colour, k) => {
-    brush.fillStyle = colour;
-    brush.fillRect(k, 0, 1, 1);
-  });
-  const marks = made('div', {class: 'marks'});
-  for (const [share, text] of bar.marks) {
-    const mark = made('span', {}, text);
-    mark.style.left = 100 * share + '%';
-    marks.append(mark);
-  }
-  box.append(strip, marks);
-  figure.querySelector('.controls').after(box);
-};
 const choice = (controls, name, words, chosen, then) => {
   const label = made('label', {}, name);
   const input = made('select', {});
@@ -208,10 +186,10 @@ const viewer = figure => {
   if (bars.length) {
     choice(controls, 'colours', bars.map(bar => bar.name), 0, k => {
       bar = k;
-      legend(figure, bars[bar]);
+      legend(figure, bars[bar], controls);
       load();
     });
-    legend(figure, bars[0]);
+    legend(figure, bars[0], controls);
   }
   if (overlays.length) {
     choice(controls, 'input', ['none', ...overlays.map(part => part.name)], 1, k => {

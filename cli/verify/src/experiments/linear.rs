@@ -1,5 +1,6 @@
 //! Section 5: displacements that represent stresses, and the metric on them.
 
+use fe_grid::minimise::Silent;
 use fe_grid::pullback::Derivatives;
 use fe_grid::vector::{axpy, dot, norm};
 use fe_grid::{Field, Grid, Tensor, tensor};
@@ -128,7 +129,7 @@ fn perturbed(setting: Setting) -> Result<Outcome, VerifyError> {
     let small: Vec<f64> = load.iter().map(|f| delta * f).collect();
     let mut solved = small.clone();
     fe_grid::vector::scale(setting.ingredient(1.0, 1.1), &mut solved);
-    let (w, _) = Finite::new(&objects, &compound).respond(&solved)?;
+    let (w, _) = Finite::new(&objects, &compound).respond(&solved, &mut Silent)?;
     let at = |w: &[f64], derivatives| {
         let sources = objects.sources();
         evaluate(&grid, &law, VOID, &sources, w, derivatives)
@@ -251,7 +252,7 @@ fn linear_response(setting: Setting) -> Result<Outcome, VerifyError> {
     let mut points = Vec::new();
     for delta in [0.2, 0.1, 0.05, 0.025] {
         let small: Vec<f64> = load.iter().map(|f| delta * f).collect();
-        let (w, _) = finite.respond(&small)?;
+        let (w, _) = finite.respond(&small, &mut Silent)?;
         let difference: Vec<f64> = w
             .as_slice()
             .iter()

@@ -1,5 +1,6 @@
 //! The metric of shape space at one shape.
 
+use fe_grid::minimise::Silent;
 use std::f64::consts::PI;
 
 use fe_grid::{Grid, ScalarField};
@@ -80,7 +81,7 @@ fn in_space(setting: Setting) -> Result<Outcome, VerifyError> {
     let metric = ShapeMetric::new(&ball, &params)?;
     for (n, quick, full) in [(0, 0.01, 0.004), (2, 0.015, 0.005)] {
         let variation = Variation::Harmonic { degree: n, centre };
-        let found = metric.flow(&variation)?.metric();
+        let found = metric.flow(&variation, &mut Silent)?.metric();
         outcome.value(
             format!("G/G exact, n = {n}"),
             found / on_ball(n, moduli, RADIUS),
@@ -120,7 +121,7 @@ fn disk(setting: Setting) -> Result<Outcome, VerifyError> {
         };
         let mut errors = Vec::new();
         for (level, metric) in levels.clone().zip(&metrics) {
-            let found = metric.flow(&variation)?.metric();
+            let found = metric.flow(&variation, &mut Silent)?.metric();
             let spacing = Grid::<2>::dyadic(level).spacing();
             errors.push((spacing, found / on_disk(n, moduli) - 1.0));
         }

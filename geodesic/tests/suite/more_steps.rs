@@ -1,0 +1,75 @@
+//! Paths of more steps from paths of fewer.
+
+use fe_grid::minimise::Silent;
+use fe_grid::{Grid, ScalarField};
+use geodesic::{
+    Domain, DomainChoice, Form, Geodesic, GeodesicParams, Shape, geodesic_between,
+    geodesic_from_steps,
+};
+use levelset::signed_distance;
+
+/// A disk whose boundary has waves.
+fn flower(nodes: usize, waves: f64, height: f64) -> Shape<2> {
+    let implicit = ScalarField::<f64, 2>::from_fn(Grid::cube(nodes), |[x, y]| {
+        let (x, y) = (x - 0.5, y - 0.5);
+        [0.26 + height * (waves * y.atan2(x)).cos() - x.hypot(y)]
+    });
+    Shape::new(signed_distance(&implicit, 0.0).unwrap())
+}
+
+fn params(steps: usize, domain: DomainChoice) -> GeodesicParams {
+    GeodesicParams {
+        steps,
+        domain,
+        tolerance: 1e-6,
+        ..GeodesicParams::default()
+    }
+}
+
+/// Paths of four and eight steps from one of two are those that are computed by themselves, on every domain.
+#[test]
+fn paths_from_fewer_steps_are_minimal() {
+    let [start, end] = [flower(33, 2.0, 0.05), flower(33, 3.0, 0.04)];
+    for (choice, domain) in [
+        (DomainChoice::Start, Domain::Start),
+        (DomainChoice::End, Domain::End),
+        (DomainChoice::Middle, Domain::Middle),
+    ] {
+        let alone = |steps| -> Geodesic<2> {
+            geodesic_between(&start, &end, &params(steps, choice), &mut Silent).unwrap()
+        };
+        let mut known = alone(2);
+        assert_eq!(known.domain, Some(domain));
+        for steps in [4, 8] {
+            let params = params(steps, choice);
+            let path = geodesic_from_steps(&start, &end, &known, &params, &mut Silent);
+            let path = path.unwrap().unwrap();
+            assert_eq!(path.domain, Some(domain));
+            assert_eq!(path.displacements.len(), steps);
+            assert!(path.end_reached() && path.status.converged());
+            // Minimal up to the tolerance: the dissipation of either is above the minimum by about a thousandth.
+            let other = alone(steps);
+            let [found, expected] = [&path, &other].map(Geodesic::dissipation);
+            assert!((found / expected - 1.0).abs() < 4e-3, "{found} {expected}");
+            known = path;
+        }
+    }
+}
+
+#[test]
+fn other_paths_are_no_start() {
+    let [start, end] = [flower(17, 2.0, 0.05), flower(17, 3.0, 0.04)];
+    let domain = params(2, DomainChoice::Start);
+    let path = geodesic_between(&start, &end, &domain, &mut Silent).unwrap();
+    let [finer, other] = [flower(33, 2.0, 0.05), flower(33, 3.0, 0.04)];
+    let found = geodesic_from_steps(&finer, &other, &path, &domain, &mut Silent);
+    assert!(found.unwrap().is_none());
+    let level_sets = GeodesicParams {
+        form: Form::LevelSets,
+        max_iterations: Some(2),
+        ..domain.clone()
+    };
+    let path = geodesic_between(&start, &end, &level_sets, &mut Silent).unwrap();
+    let found = geodesic_from_steps(&start, &end, &path, &domain, &mut Silent);
+    assert!(found.unwrap().is_none());
+}
