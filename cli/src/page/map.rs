@@ -57,13 +57,15 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
     if !source.take(data.len()) {
         return Markup::default();
     }
+    // Its colours are explained below it.
+    let shades = element(
+        "canvas",
+        &[("class", "matrix"), ("aria-label", "distances")],
+        "",
+    );
     let inner: Markup = [
         drawn(&points(record, "/embedding/points/*"), &groups),
-        element(
-            "canvas",
-            &[("class", "matrix"), ("aria-label", "distances")],
-            "",
-        ),
+        element("div", &[], shades),
         element("figcaption", &[], caption(record)),
         data_block("distances", &data),
     ]

@@ -9,6 +9,7 @@ mod search;
 mod solve;
 mod stability;
 mod starts;
+mod steps;
 
 pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;

@@ -3,6 +3,7 @@
 use super::objective::PathObjective;
 use super::search::Search;
 use super::starts::refine_time;
+use super::steps::in_steps;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::levels::{Level, LevelReport, PathForm, PathOnLevel};
@@ -272,11 +273,9 @@ pub(crate) fn lagrangian_path_from_steps<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
     let level = level_of_shapes(start, params);
+    let own = middle.unwrap_or(domain.order(start, end)[0]).union();
     let held = domain != Domain::Middle;
-    let steps = motions.len() - usize::from(!held);
-    let x: Vec<f64> = motions.iter().flat_map(Field::as_slice).copied().collect();
-    let dim = D * level.grid.n_nodes();
-    let x = refine_time(&x, dim, [steps, params.steps], held);
+    let x = in_steps(&own, motions, held, &on_domain(params, domain, 1.0))?;
     let factor = weight / (params.resolved_mismatch_weight() * weight_on(domain));
     let mut search = Search::on_one_level(start, end, params, level);
     search.middle = middle.cloned();
