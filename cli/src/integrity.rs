@@ -1,5 +1,4 @@
-//! Checksums of the arrays of result directories: written with a result, verified by whoever reads
-//! it.
+//! Checksums of the files of result directories: written with a result, verified by whoever reads it.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -56,27 +55,36 @@ fn sum_of_files(files: &[PathBuf]) -> io::Result<String> {
     Ok(format!("{:x}", hasher.finalize()))
 }
 
-/// Names of all arrays of a directory and of its folders, with slashes.
-fn arrays(directory: &Path, within: &str) -> io::Result<Vec<String>> {
+/// Endings of arrays, which results are read from.
+const ARRAY_FILES: [&str; 2] = ["npy", "bin"];
+/// Endings of files that other programs read: volumes, surfaces and tables.
+const OTHER_FILES: [&str; 8] = ["gz", "vti", "vtp", "stl", "ply", "csv", "svg", "geojson"];
+
+/// Whether a file has one of these endings.
+fn ends_in(name: &str, endings: &[&str]) -> bool {
+    let ending = Path::new(name)
+        .extension()
+        .and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| endings.contains(&ending))
+}
+
+/// Names of all files of a directory and of its folders with one of these endings, with slashes.
+fn files_in(directory: &Path, within: &str, endings: &[&str]) -> io::Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
         let name = format!("{within}{}", entry.file_name().to_string_lossy());
         if entry.file_type()?.is_dir() {
-            names.extend(arrays(&entry.path(), &format!("{name}/"))?);
-        } else if entry
-            .path()
-            .extension()
-            .is_some_and(|e| e == "npy" || e == "bin")
-        {
+            names.extend(files_in(&entry.path(), &format!("{name}/"), endings)?);
+        } else if ends_in(&name, endings) {
             names.push(name);
         }
     }
     Ok(names)
 }
 
-/// Adds to the record of a complete directory the checksums of its arrays and of the files that `warp` carried,
-/// those of the files of its inputs, where these still exist, and its own.
+/// Adds to the record of a complete directory the checksums of its arrays, volumes, surfaces and tables, of the files
+/// that `warp` carried, those of the files of its inputs, where these still exist, and its own.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -116,7 +124,7 @@ fn carried(record: &Value) -> impl Iterator<Item = &str> {
 /// The checksums that the record of a directory states.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Sums {
-    /// By the names of the arrays; none in results of earlier versions.
+    /// By the names of the files; none in results of earlier versions.
     #[serde(default)]
     arrays: Option<BTreeMap<String, String>>,
     /// Whether the record is the one that was written, as far as it is known.
@@ -159,12 +167,13 @@ impl Sums {
         self.as_written
     }
 
-    /// Those of the arrays that lie in a folder.
+    /// Those of the arrays, volumes, surfaces and tables that lie in a folder.
     ///
     /// # Errors
     /// Those of the system.
     pub fn compute(folder: &Path) -> io::Result<Self> {
-        let sums = parallel::try_map(arrays(folder, "")?, &|name| {
+        let files = files_in(folder, "", &[&ARRAY_FILES[..], &OTHER_FILES].concat())?;
+        let sums = parallel::try_map(files, &|name| {
             let sum = sum_of_file(&folder.join(&name))?;
             Ok::<_, io::Error>((name, sum))
         })?;
@@ -195,8 +204,9 @@ impl Sums {
 
     /// One checksum of all arrays, by which other results name this one.
     pub fn digest(&self) -> Option<String> {
-        let arrays = self.arrays.as_ref()?;
-        let lines = arrays.iter().map(|(name, sum)| format!("{sum}  {name}\n"));
+        let arrays = self.arrays.as_ref()?.iter();
+        let arrays = arrays.filter(|(name, _)| ends_in(name, &ARRAY_FILES));
+        let lines = arrays.map(|(name, sum)| format!("{sum}  {name}\n"));
         Some(sum_of(lines.collect::<String>().as_bytes()))
     }
 
@@ -241,7 +251,7 @@ impl Sums {
 /// # Errors
 /// Those of the system.
 pub(crate) fn unlisted(directory: &Path, sums: &Sums) -> io::Result<Vec<String>> {
-    let mut names = arrays(directory, "")?;
+    let mut names = files_in(directory, "", &ARRAY_FILES)?;
     names.retain(|name| !sums.iter().any(|(listed, _)| listed == name));
     Ok(names)
 }

@@ -108,7 +108,7 @@ mod memory;
 mod metric;
 mod minima;
 mod mismatch;
-mod more_steps;
+mod near;
 mod overlap;
 mod params;
 mod result;
@@ -138,7 +138,7 @@ pub use minima::{PathMinima, PathMinimum, doubts_of_minima};
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };
-pub use more_steps::geodesic_from_steps;
+pub use near::geodesic_near;
 pub use overlap::WholeOverlap;
 pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, Middle, certificate_inside};

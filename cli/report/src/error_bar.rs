@@ -1,5 +1,7 @@
 //! Error bars of quantities computed on several grids, by Richardson extrapolation.
 
+use std::fmt::{Display, Formatter};
+
 use serde::{Deserialize, Serialize};
 
 /// Smallest observed order that is believed: the differences of a quantity on grids of spacing `h`, `2 h`
@@ -82,6 +84,19 @@ impl ErrorBar {
                 fine + (fine - middle) / (self.order.exp2() - 1.0)
             }
             _ => self.value,
+        }
+    }
+}
+
+/// The value with its error and the origin of its order.
+impl Display for ErrorBar {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        let (value, error, order) = (self.value, self.error, self.order);
+        write!(f, "{value:.4e} ± {error:.1e} (")?;
+        match self.order_from {
+            OrderFrom::ThreeGrids => write!(f, "observed order {order:.1})"),
+            OrderFrom::TwoGrids => write!(f, "assumed order {order:.0})"),
+            OrderFrom::NotAsymptotic => write!(f, "no order: the largest difference)"),
         }
     }
 }

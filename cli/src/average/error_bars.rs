@@ -6,7 +6,7 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_visible};
-use shapespace_report::error_bar::{ErrorBar, OrderFrom};
+use shapespace_report::error_bar::ErrorBar;
 
 use crate::error::CliError;
 use crate::grid::longest;
@@ -160,18 +160,7 @@ impl ErrorBars {
             ("boundary", &self.boundary),
             ("radius", &self.radius),
         ] {
-            summary.line("", format!("{name} {}", in_words(bar)));
+            summary.line("", format!("{name} {bar}"));
         }
     }
-}
-
-/// A value with its error and the origin of its order.
-fn in_words(bar: &ErrorBar) -> String {
-    let (value, error, order) = (bar.value, bar.error, bar.order);
-    let origin = match bar.order_from {
-        OrderFrom::ThreeGrids => format!("observed order {order:.1}"),
-        OrderFrom::TwoGrids => format!("assumed order {order:.0}"),
-        OrderFrom::NotAsymptotic => "no order: the largest difference".into(),
-    };
-    format!("{value:.4e} ± {error:.1e} ({origin})")
 }

@@ -1,6 +1,6 @@
 //! Paths between the shapes of a figure.
 
-use ::geodesic::{Geodesic, GeodesicParams, Shape, geodesic, geodesic_from_steps};
+use ::geodesic::{Geodesic, GeodesicParams, Shape, geodesic, geodesic_near};
 use fe_grid::ScalarField;
 use fe_grid::minimise::Observer;
 use shapespace_picture::{Canvas, INK, WHITE, colour, mix, time};
@@ -46,7 +46,7 @@ pub(super) fn path_from<const D: usize>(
 ) -> Result<Geodesic<D>, CliError> {
     let ends = [start, end].map(|u| Shape::new(u.clone()));
     observed(scene, what, params, start, |watch| {
-        let found = geodesic_from_steps(&ends[0], &ends[1], known, params, watch)?;
+        let found = geodesic_near(&ends[0], &ends[1], known, params, watch)?;
         found.map_or_else(|| Ok(geodesic(start, end, params, watch)?), Ok)
     })
 }

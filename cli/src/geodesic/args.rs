@@ -51,6 +51,10 @@ pub struct GeodesicConfig {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[arg(long, value_name = "N")]
     pub starts: Option<usize>,
+    /// Compute the path again with half and a quarter of the steps, and on grids of twice and four times the
+    /// spacing, and give its length and dissipation error bars from both.
+    #[arg(long)]
+    pub error_bars: bool,
     /// Parameters of the path.
     #[serde(flatten)]
     #[command(flatten)]
@@ -119,6 +123,23 @@ impl Config for GeodesicConfig {
                 ("--valid-end", self.valid_end.is_some()),
             ],
         )?;
+        if self.error_bars {
+            let level_sets = self.params.form == Form::LevelSets;
+            for (value, given) in [
+                ("with --form level-sets", level_sets),
+                ("with a shape that is partly hidden", self.hides()),
+            ] {
+                if given {
+                    return Err(CliError::Option {
+                        option: "--error-bars",
+                        value: value.into(),
+                        remedy: "leave one of the two out: coarser paths start from the deformations of a \
+                                 path of one domain"
+                            .into(),
+                    });
+                }
+            }
+        }
         check_path(&self.params)?;
         check_form(&self.params)
     }

@@ -1,10 +1,11 @@
 //! `shapespace geodesic`: computes the shortest path between two masks.
 //!
-//! `plan` reads and validates the inputs, `path` holds the boundaries and densities along the
+//! `plan` reads and validates the inputs, `error_bars` repeats a path with fewer steps and on coarser grids, `path` holds the boundaries and densities along the
 //! result, `record` and `write` write the result directory, `draw` its pictures.
 
 mod args;
 pub(crate) mod draw;
+mod error_bars;
 mod minima;
 pub(crate) mod path;
 mod plan;
@@ -27,6 +28,7 @@ use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, doubts_of, settle, view_of};
 use crate::summary::Summary;
+use error_bars::{ErrorBars, error_bars};
 use minima::{Ends, FoundPaths, doubts as doubts_of_starts, shortest_of};
 use plan::{GeodesicPlan, plan_geodesic};
 
@@ -44,6 +46,7 @@ pub(crate) struct Outcome<const D: usize> {
     doubts: Vec<Doubt>,
     /// With several starts.
     minima: Option<FoundPaths>,
+    error_bars: Option<ErrorBars>,
     history: Vec<HistoryPoint>,
     /// Seconds of the minimisation.
     solver_seconds: f64,
@@ -110,10 +113,18 @@ impl Command for GeodesicConfig {
         };
         let of_path = result.doubts(&config.params);
         let of_minima = minima.as_ref().map(doubts_of_starts).unwrap_or_default();
+        let error_bars = if config.error_bars && !session.interrupt.asked() {
+            let (params, checks) = (&config.params, &mut checkpointer);
+            let ends = [&first, &last];
+            Some(error_bars(&result, ends, params, checks, session)?)
+        } else {
+            None
+        };
         session.ended(checkpointer);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), of_path, of_minima].concat(),
             minima,
+            error_bars,
             inputs,
             config,
             labels: parts.map(|parts| parts.labels).unwrap_or_default(),

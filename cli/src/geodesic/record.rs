@@ -6,6 +6,7 @@ use ::geodesic::{Change, Contact, Form, Geodesic};
 use levelset::Contour;
 use serde::Serialize;
 
+use super::error_bars::ErrorBars;
 use super::minima::{FoundPaths, add_paths};
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
@@ -29,6 +30,9 @@ pub(super) struct Found<'a, const D: usize> {
     /// With several starts, these and the paths that were found.
     #[serde(flatten)]
     minima: Option<&'a FoundPaths>,
+    /// With `--error-bars`, those of the length and the dissipation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_bars: Option<&'a ErrorBars>,
     /// Weight of one mismatch in the last minimisation.
     mismatch_weight_in_force: f64,
     /// `sum sqrt W_k`.
@@ -71,6 +75,7 @@ pub(super) fn record<'a, const D: usize>(
         result,
         labels: outcome.labels.clone(),
         minima: outcome.minima.as_ref(),
+        error_bars: outcome.error_bars.as_ref(),
         mismatch_weight_in_force: result
             .last_level()
             .map_or(0.0, |level| level.mismatch_weight),
@@ -154,6 +159,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     summary.certificate(&path.certificate);
     if let Some(minima) = found.minima {
         add_paths(&mut summary, minima);
+    }
+    if let Some(bars) = found.error_bars {
+        bars.add_to(&mut summary);
     }
     summary
 }

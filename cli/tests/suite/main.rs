@@ -17,6 +17,7 @@ mod compare;
 mod config;
 mod damaged_files;
 mod distances;
+mod error_bars;
 mod extremes;
 mod fields;
 mod figure;

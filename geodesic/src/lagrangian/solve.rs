@@ -263,9 +263,9 @@ fn lagrangian_path_in<const D: usize>(
     Search::new(start, end, params).path(observer)
 }
 
-/// Minimises a path of one domain from one of another number of steps: its domain, the shape of that where it is
-/// none of the ends, the displacements, and the weight of the mismatch that it was minimised with.
-pub(crate) fn lagrangian_path_from_steps<const D: usize>(
+/// Minimises a path of one domain from a path of any number of steps on this grid: its domain, the shape of that where it
+/// is none of the ends, the displacements, and the weight of the mismatch that it was minimised with.
+pub(crate) fn lagrangian_path_near<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     (domain, middle, motions, weight): (Domain, Option<&Shape<D>>, &[Field<f64, D, D>], f64),

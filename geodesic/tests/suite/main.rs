@@ -14,7 +14,7 @@ mod known;
 mod many_objects;
 mod middle;
 mod minima;
-mod more_steps;
+mod near;
 mod oracle;
 mod resume;
 mod transported;

@@ -1,10 +1,9 @@
-//! Paths of more steps from paths of fewer.
+//! Paths of other numbers of steps and on other grids, from a path that is known.
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use geodesic::{
-    Domain, DomainChoice, Form, Geodesic, GeodesicParams, Shape, geodesic_between,
-    geodesic_from_steps,
+    Domain, DomainChoice, Form, Geodesic, GeodesicParams, Shape, geodesic_between, geodesic_near,
 };
 use levelset::signed_distance;
 
@@ -26,29 +25,30 @@ fn params(steps: usize, domain: DomainChoice) -> GeodesicParams {
     }
 }
 
-/// Paths of four and eight steps from one of two are those that are computed by themselves, on every domain.
+/// Paths from others are those that are computed by themselves, on every domain.
 #[test]
-fn paths_from_fewer_steps_are_minimal() {
-    let [start, end] = [flower(33, 2.0, 0.05), flower(33, 3.0, 0.04)];
+fn paths_from_fewer_steps_and_coarser_grids_are_minimal() {
+    let pair = |nodes| [flower(nodes, 2.0, 0.05), flower(nodes, 3.0, 0.04)];
     for (choice, domain) in [
         (DomainChoice::Start, Domain::Start),
         (DomainChoice::End, Domain::End),
         (DomainChoice::Middle, Domain::Middle),
     ] {
-        let alone = |steps| -> Geodesic<2> {
+        let alone = |nodes, steps| -> Geodesic<2> {
+            let [start, end] = pair(nodes);
             geodesic_between(&start, &end, &params(steps, choice), &mut Silent).unwrap()
         };
-        let mut known = alone(2);
+        let mut known = alone(33, 2);
         assert_eq!(known.domain, Some(domain));
-        for steps in [4, 8] {
-            let params = params(steps, choice);
-            let path = geodesic_from_steps(&start, &end, &known, &params, &mut Silent);
+        for (nodes, steps) in [(33, 4), (33, 8), (33, 4), (17, 4), (33, 4)] {
+            let ([start, end], params) = (pair(nodes), params(steps, choice));
+            let path = geodesic_near(&start, &end, &known, &params, &mut Silent);
             let path = path.unwrap().unwrap();
             assert_eq!(path.domain, Some(domain));
             assert_eq!(path.displacements.len(), steps);
             assert!(path.end_reached() && path.status.converged());
             // Minimal up to the tolerance: the dissipation of either is above the minimum by about a thousandth.
-            let other = alone(steps);
+            let other = alone(nodes, steps);
             let [found, expected] = [&path, &other].map(Geodesic::dissipation);
             assert!((found / expected - 1.0).abs() < 4e-3, "{found} {expected}");
             known = path;
@@ -57,19 +57,15 @@ fn paths_from_fewer_steps_are_minimal() {
 }
 
 #[test]
-fn other_paths_are_no_start() {
+fn paths_of_level_sets_are_no_start() {
     let [start, end] = [flower(17, 2.0, 0.05), flower(17, 3.0, 0.04)];
-    let domain = params(2, DomainChoice::Start);
-    let path = geodesic_between(&start, &end, &domain, &mut Silent).unwrap();
-    let [finer, other] = [flower(33, 2.0, 0.05), flower(33, 3.0, 0.04)];
-    let found = geodesic_from_steps(&finer, &other, &path, &domain, &mut Silent);
-    assert!(found.unwrap().is_none());
+    let params = params(2, DomainChoice::Better);
     let level_sets = GeodesicParams {
         form: Form::LevelSets,
         max_iterations: Some(2),
-        ..domain.clone()
+        ..params.clone()
     };
     let path = geodesic_between(&start, &end, &level_sets, &mut Silent).unwrap();
-    let found = geodesic_from_steps(&start, &end, &path, &domain, &mut Silent);
+    let found = geodesic_near(&start, &end, &path, &params, &mut Silent);
     assert!(found.unwrap().is_none());
 }
