@@ -20,7 +20,7 @@ fn params(steps: usize, domain: DomainChoice) -> GeodesicParams {
     GeodesicParams {
         steps,
         domain,
-        tolerance: 1e-6,
+        tolerance: 1e-5,
         ..GeodesicParams::default()
     }
 }
@@ -40,17 +40,23 @@ fn paths_from_fewer_steps_and_coarser_grids_are_minimal() {
         };
         let mut known = alone(33, 2);
         assert_eq!(known.domain, Some(domain));
-        for (nodes, steps) in [(33, 4), (33, 8), (33, 4), (17, 4), (33, 4)] {
+        for (nodes, steps) in [(33, 4), (33, 2), (17, 2), (33, 2)] {
             let ([start, end], params) = (pair(nodes), params(steps, choice));
             let path = geodesic_near(&start, &end, &known, &params, &mut Silent);
             let path = path.unwrap().unwrap();
             assert_eq!(path.domain, Some(domain));
             assert_eq!(path.displacements.len(), steps);
-            assert!(path.end_reached() && path.status.converged());
+            let case = format!("{choice:?}, {nodes} nodes, {steps} steps");
+            let status = path.status;
+            assert!(
+                path.end_reached() && status.converged(),
+                "{case}: {status:?}"
+            );
             // Minimal up to the tolerance: the dissipation of either is above the minimum by about a thousandth.
             let other = alone(nodes, steps);
             let [found, expected] = [&path, &other].map(Geodesic::dissipation);
-            assert!((found / expected - 1.0).abs() < 4e-3, "{found} {expected}");
+            let difference = found / expected - 1.0;
+            assert!(difference.abs() < 4e-3, "{case}: {found} {expected}");
             known = path;
         }
     }
