@@ -57,8 +57,9 @@ fn sum_of_files(files: &[PathBuf]) -> io::Result<String> {
 
 /// Endings of arrays, which results are read from.
 const ARRAY_FILES: [&str; 2] = ["npy", "bin"];
-/// Endings of files that other programs read: volumes, surfaces and tables.
-const OTHER_FILES: [&str; 8] = ["gz", "vti", "vtp", "stl", "ply", "csv", "svg", "geojson"];
+/// Endings of files that other programs read: volumes, surfaces and drawings. Tables may have times, and are opened and
+/// saved by other programs.
+const OTHER_FILES: [&str; 7] = ["gz", "vti", "vtp", "stl", "ply", "svg", "geojson"];
 
 /// Whether a file has one of these endings.
 fn ends_in(name: &str, endings: &[&str]) -> bool {
@@ -83,7 +84,7 @@ fn files_in(directory: &Path, within: &str, endings: &[&str]) -> io::Result<Vec<
     Ok(names)
 }
 
-/// Adds to the record of a complete directory the checksums of its arrays, volumes, surfaces and tables, of the files
+/// Adds to the record of a complete directory the checksums of its arrays, volumes, surfaces and drawings, of the files
 /// that `warp` carried, those of the files of its inputs, where these still exist, and its own.
 ///
 /// # Errors
@@ -167,7 +168,7 @@ impl Sums {
         self.as_written
     }
 
-    /// Those of the arrays, volumes, surfaces and tables that lie in a folder.
+    /// Those of the arrays, volumes, surfaces and drawings that lie in a folder.
     ///
     /// # Errors
     /// Those of the system.
