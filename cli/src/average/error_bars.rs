@@ -8,6 +8,7 @@ use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_visible};
 use shapespace_report::error_bar::ErrorBar;
 
+use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::grid::longest;
 use crate::session::Session;
@@ -82,6 +83,7 @@ pub(super) fn error_bars<const D: usize>(
     mut distances: Vec<ScalarField<f64, D>>,
     mut seen: Vec<ScalarField<f64, D>>,
     params: &AverageParams,
+    checkpointer: &mut Checkpointer<'_>,
     session: &Session<'_>,
 ) -> Result<Option<ErrorBars>, CliError> {
     let start = std::time::Instant::now();
@@ -99,7 +101,8 @@ pub(super) fn error_bars<const D: usize>(
             .note(format!("error bars, {n} nodes a side:"));
         distances = coarsened(&grid, &distances);
         seen = coarsened(&grid, &seen);
-        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+        let grids = grid.hierarchy(params.coarsest_nodes);
+        let mut watch = checkpointer.observe(session.observer(&grids));
         let average = average_of_visible(&distances, &seen, params, &mut watch)?;
         watch.finish();
         if session.interrupt.asked() {

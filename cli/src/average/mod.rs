@@ -68,6 +68,8 @@ pub(crate) struct Outcome<const D: usize> {
     history: Vec<HistoryPoint>,
     memory: MemoryEstimate,
     error_bars: Option<ErrorBars>,
+    /// Whether the user stopped the averages on coarser grids.
+    interrupted: bool,
     minima: Option<FoundMinima>,
 }
 
@@ -234,18 +236,22 @@ impl Average {
             )?;
             (result, watch.finish(), None)
         };
-        session.ended(checkpointer);
         let Some(result) = result else {
+            session.ended(checkpointer);
             return Ok(None);
         };
         if visibility.is_empty() {
             add_topologies(&mut inputs, &distances, &result.average_indicator);
         }
         let error_bars = if config.error_bars {
-            error_bars(&result, distances, visibility, &params, session)?
+            let checks = &mut checkpointer;
+            error_bars(&result, distances, visibility, &params, checks, session)?
         } else {
             None
         };
+        // The average itself says whether it was.
+        let interrupted = config.error_bars && session.interrupt.asked();
+        session.ended(checkpointer);
         Ok(Some(Outcome {
             inputs,
             parts,
@@ -254,6 +260,7 @@ impl Average {
             history,
             memory,
             error_bars,
+            interrupted,
             minima,
         }))
     }

@@ -47,6 +47,8 @@ pub(crate) struct Outcome<const D: usize> {
     /// With several starts.
     minima: Option<FoundPaths>,
     error_bars: Option<ErrorBars>,
+    /// Whether the user stopped the coarser paths.
+    interrupted: bool,
     history: Vec<HistoryPoint>,
     /// Seconds of the minimisation.
     solver_seconds: f64,
@@ -120,11 +122,14 @@ impl Command for GeodesicConfig {
         } else {
             None
         };
+        // The path itself says whether it was.
+        let interrupted = config.error_bars && session.interrupt.asked();
         session.ended(checkpointer);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), of_path, of_minima].concat(),
             minima,
             error_bars,
+            interrupted,
             inputs,
             config,
             labels: parts.map(|parts| parts.labels).unwrap_or_default(),

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+#[cfg(target_os = "linux")]
+use crate::common::interrupted;
 use crate::common::{Place, Results, draw, succeeded};
 
 fn disks() -> Place {
@@ -66,5 +68,29 @@ fn what_has_no_coarser_path_has_no_error_bar() {
         let text = String::from_utf8(run.stderr).unwrap();
         assert_eq!(run.status.code(), Some(2), "{text}");
         assert!(text.contains("--error-bars"), "{text}");
+    }
+}
+
+/// A run that is interrupted on a coarser grid has its result, and says that it was; the same command goes on.
+#[cfg(target_os = "linux")]
+#[test]
+fn interrupted_error_bars_say_so() {
+    let place = disks();
+    for command in ["geodesic a.npy b.npy -K 2", "average a.npy b.npy"] {
+        let command = format!(
+            "{command} --grid 257 --align none --max-iterations 10 --error-bars --allow-doubtful -o out"
+        );
+        let words: Vec<&str> = command.split(' ').collect();
+        let code = interrupted(&place, &words, "error bars,");
+        assert_eq!(code, Some(130), "{command}");
+        let found = Results::read(&place.path("out"));
+        assert_eq!(found.json["status"], "cancelled", "{command}");
+        succeeded(&place.compute(&words));
+        let found = Results::read(&place.path("out"));
+        assert_ne!(found.json["status"], "cancelled", "{command}");
+        assert!(found.json.get("error_bars").is_some(), "{command}");
+        for output in ["out", "out.interrupted"] {
+            std::fs::remove_dir_all(place.path(output)).unwrap();
+        }
     }
 }
