@@ -85,7 +85,7 @@ fn interrupted_error_bars_say_so() {
         assert_eq!(code, Some(130), "{command}");
         let found = Results::read(&place.path("out"));
         assert_eq!(found.json["status"], "cancelled", "{command}");
-        succeeded(&place.compute(&words));
+        succeeded(&place.run(&words));
         let found = Results::read(&place.path("out"));
         assert_ne!(found.json["status"], "cancelled", "{command}");
         assert!(found.json.get("error_bars").is_some(), "{command}");
