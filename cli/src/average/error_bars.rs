@@ -5,7 +5,7 @@ use fe_grid::transfer::inject_into;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
-use shape_average::{AverageParams, AverageResult, average_of_visible};
+use shape_average::{AverageError, AverageParams, AverageResult, average_of_visible};
 use shapespace_report::error_bar::ErrorBar;
 
 use crate::checkpoint::Checkpointer;
@@ -47,7 +47,7 @@ pub(super) struct ErrorBars {
 
 /// The figures of an average on one grid, in the order of [`ErrorBars`]: the last are those of shapes.
 fn figures<const D: usize>(result: &AverageResult<D>) -> Result<Vec<f64>, CliError> {
-    let failed = shape_average::AverageError::from;
+    let failed = AverageError::from;
     let outline = contour(&result.average_indicator, 0.5, BoxEdge::Closed).map_err(failed)?;
     let moments = Moments::of_contour(&outline).map_err(failed)?;
     let away = |p: &[f64; D]| {
@@ -103,8 +103,13 @@ pub(super) fn error_bars<const D: usize>(
         seen = coarsened(&grid, &seen);
         let grids = grid.hierarchy(params.coarsest_nodes);
         let mut watch = checkpointer.observe(session.observer(&grids));
-        let average = average_of_visible(&distances, &seen, params, &mut watch)?;
+        let average = average_of_visible(&distances, &seen, params, &mut watch);
         watch.finish();
+        let average = match average {
+            // A shape that lies between the nodes.
+            Err(AverageError::Degenerate { .. }) => break,
+            average => average?,
+        };
         if session.interrupt.asked() {
             break;
         }

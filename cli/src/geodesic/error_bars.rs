@@ -1,7 +1,7 @@
 //! `shapespace geodesic --error-bars`: the path again with fewer steps and on coarser grids, and what that says about
 //! the errors of its length and dissipation.
 
-use ::geodesic::{Geodesic, GeodesicParams, Shape, geodesic_near};
+use ::geodesic::{Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_near};
 use fe_grid::Grid;
 use serde::Serialize;
 use shapespace_report::error_bar::ErrorBar;
@@ -79,7 +79,8 @@ impl Found {
 }
 
 /// Computes paths of half and a quarter of the steps, and on grids of twice and four times the spacing, each from the one
-/// before, so that all are in one valley. Those that do not arrive are left out, with what is coarser.
+/// before, so that all are in one valley. Those that do not arrive, and grids on which a shape is lost, are left out, with
+/// what is coarser.
 ///
 /// # Errors
 /// Those of paths.
@@ -94,8 +95,13 @@ pub(super) fn error_bars<const D: usize>(
     let mut near = |what: String, known: &Geodesic<D>, ends: [&Shape<D>; 2], params: &_| {
         session.progress.note(format!("error bars, {what}:"));
         let mut watch = checkpointer.observe(session.observer(&[*ends[0].grid()]));
-        let found = geodesic_near(ends[0], ends[1], known, params, &mut watch)?;
+        let found = geodesic_near(ends[0], ends[1], known, params, &mut watch);
         watch.finish();
+        let found = match found {
+            // A shape that lies between the nodes.
+            Err(GeodesicError::Degenerate { .. }) => None,
+            found => found?,
+        };
         let whole = found.filter(|path| path.end_reached() && !session.interrupt.asked());
         Ok::<_, CliError>(whole)
     };

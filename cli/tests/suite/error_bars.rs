@@ -71,6 +71,23 @@ fn what_has_no_coarser_path_has_no_error_bar() {
     }
 }
 
+/// Grids on which a shape lies between the nodes are left out.
+#[test]
+fn shapes_that_are_lost_on_coarse_grids_have_error_bars_of_the_others() {
+    let place = Place::new();
+    for (name, radius) in [("a.npy", ".022"), ("b.npy", ".028")] {
+        let disk = ["disk", "--radius", radius, "--shift=.031,.031"];
+        draw(&place, name, &[&disk[..], &["--grid", "65"]].concat());
+    }
+    let (found, _) = path(&place, "--grid 65 -K 2 --align none", "path");
+    assert_eq!(found.numbers("/error_bars/grids/of"), [65.0, 33.0]);
+    let command = "average a.npy b.npy --grid 65 --align none --error-bars -o average";
+    let words: Vec<&str> = command.split(' ').collect();
+    succeeded(&place.compute(&words));
+    let found = Results::read(&place.path("average"));
+    assert_eq!(found.numbers("/error_bars/nodes"), [65.0, 33.0]);
+}
+
 /// A run that is interrupted on a coarser grid has its result, and says that it was; the same command goes on.
 #[cfg(target_os = "linux")]
 #[test]
