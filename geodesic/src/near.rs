@@ -48,6 +48,10 @@ fn geodesic_near_in<const D: usize>(
         Shape::of_components(components.map(|u| u.on_grid(grid)).collect())
     });
     let middle = middle.transpose()?;
+    // It may lie between the nodes, where both ends do not.
+    if let Some(middle) = &middle {
+        middle.check("middle")?;
+    }
     let from = (domain, middle.as_ref(), &motions[..], level.mismatch_weight);
     let found = lagrangian_path_near(start, end, from, params, observer)?;
     let result = of_domain(start, end, &found)?;

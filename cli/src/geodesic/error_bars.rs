@@ -123,7 +123,7 @@ pub(super) fn error_bars<const D: usize>(
     let mut grid = *start.grid();
     let mut of_grids = Found::of(longest(&grid), path);
     known = None;
-    while of_grids.of.len() < VALUES {
+    while of_grids.of.len() < VALUES && !session.interrupt.asked() {
         let Some(coarser) = coarser(&grid) else { break };
         grid = coarser;
         let on_grid = |shape: &Shape<D>| {

@@ -170,11 +170,15 @@ fn plan<const D: usize>(
     let steps = images.first().is_some_and(has_steps);
     let hashes = images.iter().map(hash).collect();
     let placed = Placed::new(images, &mut config.masks)?;
+    let mut fingerprint = Fingerprint::new(&config, hashes);
+    for key in ["shape", "variation"] {
+        fingerprint.leave_out(key);
+    }
     Ok(MetricPlan {
         placed,
         steps,
-        fingerprint: Fingerprint::new(&config, hashes),
         config,
+        fingerprint,
     })
 }
 

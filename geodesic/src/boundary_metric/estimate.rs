@@ -16,7 +16,8 @@ const ORDER: u32 = 2;
 const COARSER: f64 = 2.0;
 /// Places of the coarser samples, in their distances. The error of a single place may be small by chance.
 const PLACES: [f64; 2] = [0.0, 0.5];
-/// Least tolerance of their flows: `G` is off by about half of it, and its change is to be known to a tenth.
+/// Least tolerance of their flows. `G` is off by about half of it: changes of less than a hundredth of `G` are known
+/// roughly, which makes no difference to a result that is that well known.
 const TOLERANCE: f64 = 3e-3;
 /// Least distance of the coarser samples, in spacings of the grid, which bounds their number.
 const LEAST_DISTANCE: f64 = 0.5;

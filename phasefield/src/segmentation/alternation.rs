@@ -139,7 +139,7 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
     ) -> Result<Info, PhaseFieldError> {
         let mut energies: Vec<f64> = Vec::new();
         let mut evaluations = Evaluations::default();
-        let mut last = x.to_vec();
+        let mut last = Vec::new();
         let mut ended = None;
         let memory = observer.resume();
         if let Some(memory) = memory.filter(|memory| memory.fits(x.len(), 0)) {
@@ -149,11 +149,11 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
             objective.restore(&memory.objective);
             ended = memory.ended.map(|ended| ended.status);
             if ended.is_none() {
-                last.copy_from_slice(&memory.gradient);
+                last = memory.gradient.into_owned();
             }
         } else {
             objective.better_start(x)?;
-            last.copy_from_slice(x);
+            last = x.to_vec();
         }
         let resumed = ended.is_some();
         let status = loop {
