@@ -144,26 +144,27 @@ fn run(method: &impl Minimiser<Chain>, keeper: &mut Keeper, start: f64) -> (Info
 
 #[test]
 fn a_resumed_run_has_the_bits_of_the_whole() {
-    check_resumed(&lbfgs(false), 5);
+    check_resumed(&lbfgs(false), 5, 30);
 }
 
 /// Its memory has the pairs in single precision, which they are rounded from again.
 #[test]
 fn a_resumed_compact_run_has_the_bits_of_the_whole() {
-    check_resumed(&lbfgs(true), 5);
+    check_resumed(&lbfgs(true), 5, 30);
 }
 
 #[test]
 fn a_resumed_run_of_newtons_method_has_the_bits_of_the_whole() {
-    check_resumed(&newton_cg(1), 1);
-    check_resumed(&newton_cg(3), 3);
+    check_resumed(&newton_cg(1), 1, 8);
+    check_resumed(&newton_cg(3), 3, 8);
 }
 
-fn check_resumed(method: &impl Minimiser<Chain>, interval: usize) {
+/// Of a method whose metric is remade after so many iterations, and which takes more than `least` of them.
+fn check_resumed(method: &impl Minimiser<Chain>, interval: usize, least: usize) {
     let run = |keeper: &mut Keeper, start| run(method, keeper, start);
     let mut keeper = Keeper::default();
     let (whole, x) = run(&mut keeper, -0.7);
-    assert!(whole.iterations > 8, "{whole:?}");
+    assert!(whole.iterations > least, "{whole:?}");
     let (end, within) = keeper.kept.split_last().unwrap();
     assert_eq!(within.len(), whole.iterations.div_ceil(interval));
     for (k, memory) in within.iter().enumerate() {
