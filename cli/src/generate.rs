@@ -194,14 +194,10 @@ fn run<const D: usize>(
     check_free(needed, &grid)?;
     let centre = centre::<D>(common)?;
     check_greys(common)?;
+    let share = |shape: &AnyShape<D>| area_share(&placed(shape, common.rotate, centre), grid);
     // Every member of a family has its own noise.
     let sampled = |shape: &AnyShape<D>, number: u64| {
-        let placed = Placed {
-            shape: shape.as_ref(),
-            rotation: common.rotate,
-            centre,
-        };
-        let mut field = area_share(&placed, grid);
+        let mut field = share(shape);
         let inside = field
             .as_slice()
             .iter()
@@ -236,7 +232,12 @@ fn run<const D: usize>(
         }
         let directory = ResultDir::create(&common.output)?;
         for (number, member) in members.iter().enumerate() {
-            let field = sampled(&member.shape, number as u64)?;
+            let mut field = sampled(&member.shape, number as u64)?;
+            if !member.parts.is_empty() {
+                check_labels(common)?;
+                let shares = member.parts.iter().map(share);
+                label(&mut field, &shares.collect::<Vec<_>>());
+            }
             directory.array(format!("{}.npy", member.name), &field)?;
         }
         let target = directory.commit()?;
@@ -248,6 +249,45 @@ fn run<const D: usize>(
     let shape = shape::<D>(command, draw_letter)?;
     write_shape(&common.output, || sampled(&shape, 0))?;
     Ok(vec![common.output.clone()])
+}
+
+fn placed<const D: usize>(
+    shape: &AnyShape<D>,
+    rotation: f64,
+    centre: [f64; D],
+) -> Placed<&dyn Implicit<D>, D> {
+    Placed {
+        shape: shape.as_ref(),
+        rotation,
+        centre,
+    }
+}
+
+/// Replaces the share of a whole shape by the labels of its parts: each node inside has that of the part of the largest
+/// share.
+fn label<const D: usize>(whole: &mut ScalarField<f64, D>, parts: &[ScalarField<f64, D>]) {
+    for (node, value) in whole.as_mut_slice().iter_mut().enumerate() {
+        let share = |part: &ScalarField<f64, D>| part.as_slice()[node];
+        let (mut largest, mut label) = (0.0, 0.0);
+        for (number, part) in parts.iter().enumerate() {
+            if *value > 0.5 && share(part) > largest {
+                (largest, label) = (share(part), (number + 1) as f64);
+            }
+        }
+        *value = label;
+    }
+}
+
+/// Label images have no greys.
+fn check_labels(common: &Common) -> Result<(), CliError> {
+    let remedy = "label images have no greys: leave the option out";
+    checked(
+        common.contrast >= 1.0,
+        "--contrast",
+        common.contrast,
+        remedy,
+    )?;
+    checked(common.noise <= 0.0, "--noise", common.noise, remedy)
 }
 
 fn check_greys(common: &Common) -> Result<(), CliError> {

@@ -144,6 +144,7 @@ mutants! {
     DirectionsNotMeant: "geodesic", "a distance is the length of one direction", "distances-both-directions";
     TransportWithin: "geodesic", "the transport of the volume ignores distances within the shapes", "path-raised-arm";
     MiddleWeight: "geodesic", "a shape between both ends is carried to each with the weight of one", "path-middle";
+    NearWeight: "geodesic", "a path from that of fewer steps ends with a third of its weight", "path-doubled";
     RichardsonOrder: "geodesic", "the extrapolation assumes one order less", "distances-both-directions";
 }
 

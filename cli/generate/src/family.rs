@@ -4,6 +4,7 @@ use crate::blob::Blob;
 use crate::hand::Hand;
 use crate::implicit::Implicit;
 use crate::letter::{Letter, letter};
+use crate::parts::parts;
 use crate::random::Random;
 use crate::solid::{Bar, Cross, Ellipsoid, Star};
 
@@ -25,6 +26,8 @@ pub enum Family {
     Blobs,
     /// Hands whose fingers have different directions and lengths.
     Hands,
+    /// Bars of two labelled parts that meet at different places, as label images.
+    Parts,
 }
 
 /// A shape of a family and its name.
@@ -33,6 +36,8 @@ pub struct Member<const D: usize> {
     pub name: String,
     /// The shape about the origin.
     pub shape: Box<dyn Implicit<D>>,
+    /// Its labelled parts, the first with the label one; none for a shape of one part.
+    pub parts: Vec<Box<dyn Implicit<D>>>,
 }
 
 /// The shapes of a family that exists in every dimension, or `None` for 2D families in 3D.
@@ -85,6 +90,7 @@ pub fn family<const D: usize>(family: Family, seed: u64) -> Option<Vec<Member<D>
                 Box::new(Hand { angles, lengths })
             })
         }
+        Family::Parts => parts(),
         Family::Letters => return None,
     })
 }
@@ -109,6 +115,7 @@ fn numbered<const D: usize, P>(
         .map(|(i, parameter)| Member {
             name: format!("{name}_{i:03}"),
             shape: shape(parameter),
+            parts: Vec::new(),
         })
         .collect()
 }

@@ -169,7 +169,9 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
     Ok(compared.sheet(
         "Length stiffness against volume stiffness",
         "Where the shear modulus is large a material keeps lengths; where the first Lame modulus is \
-         large it keeps areas or volumes, and lengths change easily.",
+         large it keeps areas or volumes, and lengths change easily. The ratios of the first and the last are \
+         those of the factors of lengths and of volumes in the two averages of a moving figure in the lecture \
+         notes, (a1, a2, a3) = (10^7, 0, 10^6) and (10^5, 0, 10^6).",
     ))
 }
 

@@ -6,7 +6,7 @@ use fe_grid::{Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, Contour, contour, dice};
 use shape_average::{AverageResult, Shapes};
 use shape_pca::Pca;
-use shapespace_generate::{Bar, Implicit};
+use shapespace_generate::Implicit;
 use shapespace_report::table::{Cell, Table};
 
 use super::drawn::drawn_image;
@@ -19,53 +19,21 @@ use crate::shapes::Components;
 use shapespace_input::Image;
 use shapespace_picture::{Colour, INK, colour};
 
-/// Half the length of the built-in bars.
-const HALF: f64 = 0.3;
-/// Where their two labels meet, along the bar, and how it is bent, in degrees.
-const BARS: [(f64, f64); 4] = [(-0.05, 180.0), (0.05, 180.0), (-0.05, 155.0), (0.05, 155.0)];
-
-/// The part of a bar on one side of a line across it.
-struct Part {
-    bar: Bar,
-    border: f64,
-    /// One for the right part, minus one for the left.
-    side: f64,
-}
-
-impl Implicit<2> for Part {
-    fn value(&self, point: [f64; 2]) -> f64 {
-        let inside = self.side * (point[0] - self.border);
-        self.bar.value(point).min(inside)
-    }
-}
-
-fn bar(angle: f64) -> Bar {
-    Bar::new(2.0 * HALF, 0.18, angle)
-}
-
 /// The built-in shapes: bars with their names.
 pub(super) fn bars() -> Vec<(String, Box<dyn Implicit<2>>)> {
-    let bars = BARS.iter().enumerate();
-    bars.map(|(k, (_, angle))| {
-        let shape: Box<dyn Implicit<2>> = Box::new(bar(*angle));
-        (format!("bar_{k:03}"), shape)
-    })
-    .collect()
+    let bars = shapespace_generate::parts::<2>().into_iter();
+    bars.map(|bar| (bar.name, bar.shape)).collect()
 }
 
 /// The components of the built-in shapes, as images with this number of nodes per side.
 pub(super) fn parts(nodes: usize, folder: &Path) -> Components<2> {
     let grid = Grid::<2>::cube(nodes);
-    let mask = |(border, angle): (f64, f64), side: f64| {
-        let part = Part {
-            bar: bar(angle),
-            border,
-            side,
-        };
-        drawn_image("part", &part, grid, folder)
-    };
-    let of_bar = |place| vec![mask(place, -1.0), mask(place, 1.0)];
-    let masks: Vec<Vec<Image<2>>> = BARS.into_iter().map(of_bar).collect();
+    let mask = |part: &Box<dyn Implicit<2>>| drawn_image("part", part.as_ref(), grid, folder);
+    let bars = shapespace_generate::parts::<2>();
+    let masks: Vec<Vec<Image<2>>> = bars
+        .iter()
+        .map(|bar| bar.parts.iter().map(mask).collect())
+        .collect();
     Components::of_masks(vec![1, 2], masks)
 }
 

@@ -174,6 +174,7 @@ fn related_notions_agree_on_disks() {
     };
     // A mean of the radius .25 has 2 * .25^2 / (.2^2 + .3^2) of the mean area.
     for name in [
+        "linear elasticity",
         "signed distances in L2",
         "smoothed Hausdorff",
         "landmarks, Procrustes",
@@ -194,7 +195,10 @@ fn related_notions_agree_on_disks() {
     assert!(distance("elastic curves (SRVF)") < 0.15);
     // sqrt(2 pi (lambda + mu)) times the difference of the radii, up to the grid and few steps.
     let length = distance("elastic average, viscous paths");
-    assert!((length / (0.1 * (4.0 * std::f64::consts::PI).sqrt()) - 1.0).abs() < 0.03);
+    let exact = 0.1 * (4.0 * std::f64::consts::PI).sqrt();
+    assert!((length / exact - 1.0).abs() < 0.03);
+    // The same for linear elasticity, whose energy from R to R' is 2 pi (lambda + mu) (R' - R)^2, whichever is deformed.
+    assert!((distance("linear elasticity") / exact - 1.0).abs() < 0.03);
     // The average of this program is nearer to equal areas than to equal radii, or between them.
     let area = table.number(row("elastic average, viscous paths"), "area");
     assert!((0.94..1.0).contains(&area), "{area}");

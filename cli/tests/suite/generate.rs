@@ -117,7 +117,22 @@ fn families_and_refusals() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 5);
     let volume = read_image(&folder.join("blob_003.npy"), &ReadOptions::default()).unwrap();
     assert_eq!(volume.dimension(), 3);
+    let labels = drawn(&place, &["family", "parts", "--grid", "33"], "parts");
+    let read = |image: &str| -> Vec<usize> {
+        let values = picture(&labels.join(image)).values;
+        (0..33 * 33).map(|k| values.get(k) as usize).collect()
+    };
+    // Where the parts meet differs by two nodes of 33, over the width of the bars; what is inside does not.
+    let [left, right] = ["bar_000.npy", "bar_001.npy"].map(read);
+    let count = |labels: &[usize], label| labels.iter().filter(|own| **own == label).count();
+    assert_eq!(count(&left, 0), count(&right, 0));
+    assert_eq!(count(&left, 1) + count(&left, 2) + count(&left, 0), 33 * 33);
+    assert!((12..=24).contains(&(count(&right, 1) - count(&left, 1))));
     for (arguments, word) in [
+        (
+            vec!["family", "parts", "--noise", ".1", "-o", "noisy"],
+            "label images",
+        ),
         (vec!["family", "disks", "-o", "blobs"], "exists already"),
         (
             vec!["letter", "b", "--dimension", "3", "-o", "b.npy"],

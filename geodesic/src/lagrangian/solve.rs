@@ -276,6 +276,7 @@ pub(crate) fn lagrangian_path_near<const D: usize>(
     let own = middle.unwrap_or(domain.order(start, end)[0]).union();
     let held = domain != Domain::Middle;
     let x = in_steps(&own, motions, held, &on_domain(params, domain, 1.0))?;
+    let weight = mutant!(weight, NearWeight => weight / 3.0);
     let factor = weight / (params.resolved_mismatch_weight() * weight_on(domain));
     let mut search = Search::on_one_level(start, end, params, level);
     search.middle = middle.cloned();

@@ -5,13 +5,15 @@ use std::f64::consts::PI;
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use geodesic::{DomainChoice, Form, GeodesicParams, Shape, geodesic, geodesic_between};
+use geodesic::{
+    DomainChoice, Form, GeodesicParams, Shape, geodesic, geodesic_between, geodesic_near,
+};
 use hyperelastic::{LameModuli, LawSpec};
 use levelset::signed_distance;
 
 use super::metric::{on_ball, on_disk};
 use crate::error::VerifyError;
-use crate::order::richardson;
+use crate::order::{differences, richardson};
 use crate::outcome::{Expectation, Outcome, Requirement};
 use crate::statement::{Setting, Statement};
 use crate::tools::curves::disk_at;
@@ -58,6 +60,14 @@ pub const STATEMENTS: &[Statement] = &[
                 that is carried to either",
         broken: "the other two have to arrive with a third of the weight",
         run: on_each_domain,
+    },
+    Statement {
+        name: "path-doubled",
+        reference: "section 6, K → 2K",
+        claim: "Lengths of paths of K, 2K, 4K … steps, each started from the one before, change with the first \
+                order of 1/K, and are those of paths of as many steps that start from nothing",
+        broken: "the end shape grows with every doubling",
+        run: doubled,
     },
     Statement {
         name: "components-dissipation",
@@ -235,6 +245,52 @@ fn components(setting: Setting) -> Result<Outcome, VerifyError> {
         least,
         0.99,
         "each reaches its own end, to a tenth of a spacing of a radius of five",
+    );
+    Ok(outcome)
+}
+
+fn doubled(setting: Setting) -> Result<Outcome, VerifyError> {
+    let spec = law("logdet", 4.0, 1.0)?;
+    let mut outcome = Outcome::with_law::<2>(spec, &[Requirement::StressFree])?;
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    let start = Shape::new(ball(grid, 0.2));
+    let end = |grown: f64| -> Result<Shape<2>, VerifyError> {
+        Ok(Shape::new(ellipse(grid, [0.34 + grown, 0.24])?))
+    };
+    let params = |steps: usize| GeodesicParams {
+        law: spec,
+        steps,
+        domain: DomainChoice::Start,
+        tolerance: 1e-7,
+        max_iterations: Some(400),
+        ..GeodesicParams::default()
+    };
+    let numbers = [2, 4, 8, 16];
+    let mut path = geodesic_between(&start, &end(0.0)?, &params(numbers[0]), &mut Silent)?;
+    let mut lengths = vec![path.length()];
+    for (doublings, &steps) in numbers.iter().enumerate().skip(1) {
+        let grown = setting.ingredient(0.0, 0.01 * doublings as f64);
+        let found = geodesic_near(&start, &end(grown)?, &path, &params(steps), &mut Silent)?;
+        // Paths of deformations have deformations to start from.
+        path = found.unwrap_or(path);
+        lengths.push(path.length());
+    }
+    let steps = numbers.map(|steps| 1.0 / f64::from(steps as u32));
+    outcome.order(
+        "|L_2K − L_K|",
+        "1/K",
+        differences(&steps, &lengths),
+        1.0,
+        0.3,
+        "Theorem 6.5; two steps are not in the limit yet",
+    );
+    let alone = geodesic_between(&start, &end(0.0)?, &params(16), &mut Silent)?;
+    outcome.value(
+        "length of the path of 16 steps over that of one from nothing",
+        lengths[3] / alone.length(),
+        1.0,
+        1e-3,
+        "the same minimum; lengths are minimised to the root of 1e-7",
     );
     Ok(outcome)
 }

@@ -1,12 +1,16 @@
 //! Covariance analysis of displacements, and its misprinted normalisation.
 
+use fe_grid::minimise::Silent;
+use fe_grid::{Grid, ScalarField};
 use nalgebra::DMatrix;
-use shape_pca::{Modes, PcaError, SampleSize, Scores};
+use shape_average::{AverageParams, average};
+use shape_pca::{Average, Compound, Modes, Pca, PcaError, PcaParams, SampleSize, Scores};
 
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
 use crate::tools::matrices::Sequence;
+use crate::tools::shapes::segments;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[
@@ -18,6 +22,14 @@ pub const STATEMENTS: &[Statement] = &[
                 deviation",
         broken: "the modes are XOΛ^(−1/2), as printed",
         run: mahalanobis,
+    },
+    Statement {
+        name: "modes-pins",
+        reference: "section 5, pins",
+        claim: "Two pins at different places are not taken for one that is shifted: the average has a low pin \
+                at either place, and in its mode one of them grows while the other shrinks",
+        broken: "both pins stand nearly at the same place",
+        run: pins,
     },
     Statement {
         name: "misprint-mode-normalisation",
@@ -90,6 +102,85 @@ fn printed(setting: Setting) -> Result<Outcome, VerifyError> {
         (n - 1.0).sqrt(),
         1e-9,
         rounding,
+    );
+    Ok(outcome)
+}
+
+/// Places of the pins, their height over the block, and that of the block.
+const PLACES: [f64; 2] = [0.36, 0.64];
+const HEIGHT: f64 = 0.08;
+const TOP: f64 = 0.54;
+
+/// A block with a pin on it.
+fn block(grid: Grid<2>, place: f64) -> Result<ScalarField<f64, 2>, VerifyError> {
+    let radius = 0.05;
+    segments(
+        grid,
+        &[
+            ([0.3, 0.4], [0.7, 0.4], TOP - 0.4),
+            ([place, 0.5], [place, TOP + HEIGHT - radius], radius),
+        ],
+    )
+}
+
+/// Where a shape ends above a place, from its indicator.
+fn top(indicator: &ScalarField<f64, 2>, place: f64) -> f64 {
+    let (mut inside, mut outside) = (TOP - 0.1, 0.9);
+    // The indicator falls along the way out of the shape, and is smooth between the nodes.
+    for _ in 0..40 {
+        let middle = 0.5 * (inside + outside);
+        if indicator.sample([place, middle])[0] > 0.5 {
+            inside = middle;
+        } else {
+            outside = middle;
+        }
+    }
+    inside
+}
+
+fn pins(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::default();
+    let grid = Grid::<2>::dyadic(setting.effort(6, 7));
+    let shapes = [
+        block(grid, PLACES[0])?,
+        block(grid, setting.ingredient(PLACES[1], PLACES[0] + 0.04))?,
+    ];
+    let params = AverageParams::default();
+    let result = average(&shapes, &params, &mut Silent)?;
+    let tops = PLACES.map(|place| top(&result.average_indicator, place));
+    for (top, place) in tops.iter().zip(PLACES) {
+        outcome.value(
+            format!("height of the average over the block at {place}, over that of a pin"),
+            (top - TOP) / HEIGHT,
+            0.5,
+            0.2,
+            "half a pin by symmetry",
+        );
+    }
+    let weights = params.resolved_weights(shapes.len());
+    let objects = Average::new(result.displacements, result.shapes.indicators, weights)?;
+    let analysis = PcaParams {
+        at_rest: true,
+        ..PcaParams::default()
+    };
+    let compound = Compound::new(&objects, &analysis)?;
+    let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
+    let raised: Vec<f64> = PLACES
+        .iter()
+        .zip(tops)
+        .map(|(place, top)| {
+            pca.space
+                .fields
+                .first()
+                .map_or(0.0, |y| y.sample([*place, top])[1])
+        })
+        .collect();
+    outcome.value(
+        "displacement of the second pin by the mode over that of the first",
+        raised[1] / raised[0],
+        -1.0,
+        0.3,
+        "one grows while the other shrinks, by symmetry as much",
     );
     Ok(outcome)
 }
