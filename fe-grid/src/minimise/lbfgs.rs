@@ -5,7 +5,7 @@ use super::history::{Pair, PairHistory};
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start, Step};
 use super::memory::Memory;
-use super::monitor::{Monitor, Stopping};
+use super::monitor::{Monitor, Stopping, has_new_metric};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
 use super::pair_vector::PairVector;
@@ -143,6 +143,7 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
         memory: Option<Memory<'static>>,
     ) -> Result<Status, O::Error> {
         let mut resumed = None;
+        let interval = self.params.metric_interval;
         let (mut energy, mut step_length, first) = if let Some(memory) = memory {
             resumed = Some(memory.evaluations);
             self.restore(&memory, x, monitor)
@@ -161,13 +162,14 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
             if let Some(evaluations) = resumed.take() {
                 // The earlier run has been judged here, and has gone on.
                 self.objective.evaluations = evaluations;
+                monitor.take_up(slope);
             } else {
                 let evaluations = self.objective.evaluations;
                 let scaled = self.objective.scaled(energy);
                 if let Some(status) = monitor.judge(x, scaled, slope, step_length, evaluations) {
                     return Ok(status);
                 }
-                if self.has_new_metric(iteration - 1) {
+                if has_new_metric(interval, iteration - 1) {
                     self.remember(x, step_length, monitor);
                 }
             }
@@ -183,17 +185,11 @@ impl<O: Objective, T: Element> Run<'_, O, T> {
             self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
             (energy, step_length) = (step.energy, step.length);
-            if self.has_new_metric(iteration) {
+            if has_new_metric(interval, iteration) {
                 self.objective.update_metric(x)?;
             }
         }
         Ok(Status::MaxIterations)
-    }
-
-    /// Whether the metric is recomputed after so many accepted steps.
-    fn has_new_metric(&self, iterations: usize) -> bool {
-        let interval = self.params.metric_interval;
-        iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
     }
 
     /// Passes the memory of this run on to the observer; where vectors are to be converted, if it has a use

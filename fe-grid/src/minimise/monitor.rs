@@ -42,6 +42,12 @@ impl Default for Stopping {
     }
 }
 
+/// Whether the metric is recomputed after so many accepted steps, for an interval between; 0 stands for at the first
+/// alone.
+pub(super) fn has_new_metric(interval: usize, iterations: usize) -> bool {
+    iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
+}
+
 /// Number of energies that are stored without reallocation.
 const RESERVED_ENERGIES: usize = 4096;
 
@@ -122,6 +128,11 @@ impl<'a> Monitor<'a> {
         self.info.energies.extend_from_slice(&memory.energies);
         self.info.iterations = memory.energies.len() - 1;
         self.info.first_gradient_norm = memory.first_gradient_norm;
+    }
+
+    /// Records the slope at the state that an earlier run has judged, from which this one goes on.
+    pub(super) fn take_up(&mut self, slope: f64) {
+        self.info.gradient_norm = slope.abs().sqrt();
     }
 
     /// Passes on the memory that `make` returns for a record.

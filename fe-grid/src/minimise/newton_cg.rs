@@ -4,7 +4,7 @@ use super::counted::Counted;
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start};
 use super::memory::Memory;
-use super::monitor::{Monitor, Stopping};
+use super::monitor::{Monitor, Stopping, has_new_metric};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
 use crate::buffer::Buffer;
@@ -214,6 +214,7 @@ impl<O: SecondOrder> Run<'_, O, f64> {
         memory: Option<Memory<'static>>,
     ) -> Result<Status, O::Error> {
         let mut resumed = None;
+        let interval = self.params.metric_interval;
         let (mut energy, mut step_length, first);
         let (mut forcing, mut last_size) = (self.params.max_forcing, None);
         if let Some(memory) = memory {
@@ -241,6 +242,7 @@ impl<O: SecondOrder> Run<'_, O, f64> {
             if let Some(evaluations) = resumed.take() {
                 // The earlier run has been judged here, and has gone on.
                 self.objective.evaluations = evaluations;
+                monitor.take_up(-squared_size);
             } else {
                 let evaluations = self.objective.evaluations;
                 let scaled = self.objective.scaled(energy);
@@ -248,7 +250,7 @@ impl<O: SecondOrder> Run<'_, O, f64> {
                 if let Some(status) = judgement {
                     return Ok(status);
                 }
-                if self.has_new_metric(iteration - 1) {
+                if has_new_metric(interval, iteration - 1) {
                     self.remember(x, step_length, (forcing, last_size), monitor);
                 }
             }
@@ -278,17 +280,11 @@ impl<O: SecondOrder> Run<'_, O, f64> {
             copy_into(&self.search, x);
             std::mem::swap(&mut self.gradient, &mut self.residual);
             (energy, step_length) = (step.energy, step.length);
-            if self.has_new_metric(iteration) {
+            if has_new_metric(interval, iteration) {
                 self.objective.update_metric(x)?;
             }
         }
         Ok(Status::MaxIterations)
-    }
-
-    /// Whether the metric is recomputed after so many accepted steps.
-    fn has_new_metric(&self, iterations: usize) -> bool {
-        let interval = self.params.metric_interval;
-        iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
     }
 
     /// Passes the memory of this run on to the observer. Before that of the objective stand the forcing term and
