@@ -168,7 +168,7 @@ fn draw_modes<const D: usize>(tiles: &mut Tiles<D>, what: &str, own: &[Contour<D
         let moved: Vec<Contour<D>> = own.iter().map(moved).collect();
         let words = match i {
             0 => format!("{what}, mode {}", j + 1),
-            _ => format!("{:+.0} s", share * AMPLITUDE),
+            _ => format!("{:+.0} s.d.", share * AMPLITUDE),
         };
         let drawn = match &moved[..] {
             [one] => vec![(one, INK)],

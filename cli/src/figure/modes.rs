@@ -239,7 +239,7 @@ fn draw<const D: usize>(
         let words = if i == 0 {
             format!("{label}, mode {}", j + 1)
         } else {
-            format!("{:+.0} s", share * AMPLITUDE).replace("+0 s", "average")
+            format!("{:+.0} s.d.", share * AMPLITUDE).replace("+0 s.d.", "average")
         };
         let pale = mix([1.0; 3], INK, 0.25);
         let shapes = [(boundary, pale), (&moved(boundary), deviation(share))];

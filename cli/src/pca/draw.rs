@@ -85,7 +85,7 @@ impl<const D: usize> DrawnModes<'_, D> {
                 names.push(if i == COLUMNS / 2 {
                     format!("mode {j}, ratio {ratio:.2}")
                 } else {
-                    format!("{:+.1} s", score(i))
+                    format!("{:+.1} s.d.", score(i))
                 });
             }
         }

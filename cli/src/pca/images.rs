@@ -45,7 +45,7 @@ impl<const D: usize> ImageModes<'_, D> {
                     let ratio = self.space.eigenvalues[j] / first;
                     format!("mode {j}, ratio {ratio:.2}")
                 } else {
-                    format!("{score:+.1} s")
+                    format!("{score:+.1} s.d.")
                 };
                 rows.push(label, slice.grey(&self.image(j, score)));
             }

@@ -118,7 +118,7 @@ fn write_boundaries<const D: usize>(
     let crossing = parallel::try_map(ends, &|(j, end, sign)| {
         let u = displacement(modes.space, j, sign * modes.amplitude);
         let shape = write(&format!("{MODE}{j:03}_{end}"), &u)?;
-        let name = format!("mode {j} at {:+} s", sign * modes.amplitude);
+        let name = format!("mode {j} at {:+} s.d.", sign * modes.amplitude);
         // Of the modes in `modes.png`.
         let crosses = j < pictured && topology(&shape, grid)?.differences(&mean) > 0;
         Ok::<_, CliError>(crosses.then_some(name))
