@@ -201,6 +201,10 @@ fn mistakes_get_an_answer() {
         "equal",
     ];
     succeeded(&place.compute(&[&sized[..], &["-o", "sized"]].concat()));
+    wrong(
+        &["warp", "sized", "a.png", "--shape", "0", "-o", "x"],
+        "`shapespace score`, which keeps no deformations; an average with these shapes, too, at a weight of 0",
+    );
     // An average and its modes that were moved together find each other.
     std::fs::create_dir(place.path("moved")).unwrap();
     for name in ["mean", "modes"] {
