@@ -434,7 +434,7 @@ impl CliError {
             | Self::Config { remedy, .. }
             | Self::Key { remedy, .. } => remedy,
             Self::Parameter { expected, .. } => return format!("allowed: {expected}").into(),
-            Self::Missing { .. } => "name it after the command, or in the file after --config",
+            Self::Missing { .. } => "give it on the command line, or in the file after --config",
             Self::WeightSum { normalised, .. } => return normalised_help(normalised),
             Self::NoResult { command, .. } => {
                 return format!("name a directory that `shapespace {command}` has written").into();

@@ -51,6 +51,7 @@ const EXAMPLES: [(&str, &[&str]); 19] = [
         "pca",
         &[
             "pca mean -o modes",
+            "pca mean --groups patients.csv --column diagnosis -o modes",
             "pca mean --modes 3 --variation displacement -o modes",
         ],
     ),

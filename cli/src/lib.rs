@@ -24,6 +24,7 @@ pub mod fuzz;
 pub mod generate;
 pub mod geodesic;
 mod grid;
+mod groups;
 mod history;
 mod integrity;
 pub mod interrupt;

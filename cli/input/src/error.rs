@@ -1,7 +1,7 @@
 //! Errors of inputs, with their remedies.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::bytes::format_bytes;
 
@@ -268,15 +268,29 @@ fn others_text(others: usize) -> String {
     }
 }
 
+/// What to make of a file whose format is not read.
+fn remedy_of_format(path: &Path) -> &'static str {
+    let extension = path.extension().unwrap_or_default();
+    match &*extension.to_string_lossy().to_lowercase() {
+        "npz" => "save one array of it by numpy.save, as .npy",
+        "dcm" | "dicom" => "convert the series to .nii.gz, with dcm2niix for example",
+        "gif" | "webp" | "heic" | "avif" | "psd" | "pdf" => "save the picture as .png",
+        "bz2" | "xz" | "zip" | "7z" | "rar" | "zst" => {
+            "unpack it: of packed files only .nii.gz is read"
+        }
+        _ => {
+            "use .png, .jpg, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii, .nii.gz, .hdr with .img, \
+             .nrrd, .nhdr, .mha, .mhd, .stl, .ply, .obj, .vtk, .vtp, .svg or .csv, and use that extension"
+        }
+    }
+}
+
 impl InputError {
     /// The remedy.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Unreadable { .. } => "check that the path is right and that the file may be read",
-            Self::UnknownFormat { .. } => {
-                "use .png, .jpg, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii, .nii.gz, .hdr with .img, \
-                 .nrrd, .nhdr, .mha, .mhd, .stl, .ply, .obj, .vtk, .vtp, .svg or .csv, and use that extension"
-            }
+            Self::UnknownFormat { path } => remedy_of_format(path),
             Self::Malformed { .. } => {
                 "open the file in the program it came from and export it again"
             }

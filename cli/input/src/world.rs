@@ -18,8 +18,12 @@ const MOST_TILT: f64 = 1e-3;
 
 /// Why an affine map of `n_axes` axes cannot be used.
 pub(crate) fn affine_fault(affine: &[[f64; 4]; 3], n_axes: usize) -> Option<&'static str> {
-    if !affine.iter().flatten().all(|x| x.abs() <= LONGEST) {
+    let entries = || affine.iter().flatten();
+    if !entries().all(|x| x.is_finite()) {
         return Some("its orientation is not a matrix of finite lengths");
+    }
+    if !entries().all(|x| x.abs() <= LONGEST) {
+        return Some("its affine map has lengths of more than 1e9 mm");
     }
     // A picture does not need its third axis.
     let axes: Vec<[f64; 3]> = (0..n_axes).map(|j| column(affine, j)).collect();
@@ -102,7 +106,7 @@ mod tests {
         };
         let fault = |change| changed(change, 3).unwrap();
         assert!(fault(|a| a[2] = [0.0; 4]).contains("no length"));
-        assert!(fault(|a| a[1][3] = 1e12).contains("finite"));
+        assert!(fault(|a| a[1][3] = 1e12).contains("1e9 mm"));
         assert!(fault(|a| a[0][0] = f64::NAN).contains("finite"));
         assert!(fault(|a| a[0][1] = 50.0).contains("singular"));
         // The third axis of a picture is not used.

@@ -1,14 +1,14 @@
 //! Options of `shapespace compare`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use shape_pca::groups::Relabelling;
 
 use crate::config::{Config, allow};
-use crate::distances::NAMED;
 use crate::error::CliError;
+use crate::groups::{self, Wanted};
 use crate::options::named;
 
 /// Most relabellings.
@@ -68,6 +68,15 @@ impl Default for CompareConfig {
 }
 
 impl CompareConfig {
+    /// The groups and covariates that are asked for.
+    pub(super) fn wanted(&self) -> Wanted<'_> {
+        Wanted {
+            groups: &self.groups,
+            column: self.column.as_deref(),
+            covariates: &self.covariates,
+        }
+    }
+
     pub(super) fn relabelling(&self) -> Relabelling {
         Relabelling {
             permutations: self.permutations,
@@ -102,8 +111,7 @@ impl Config for CompareConfig {
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {
-        let named = NAMED.map(Path::new).contains(&&*self.groups);
-        let table = Some(&mut self.groups).filter(|_| !named);
+        let table = groups::file(&mut self.groups);
         let own = std::iter::once(&mut self.result).chain(table);
         own.chain(&mut self.average).collect()
     }

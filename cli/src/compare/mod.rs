@@ -1,6 +1,6 @@
 //! `shapespace compare`: whether groups of shapes differ, where, and whether they can be told apart.
 //!
-//! `table` reads the groups, `source` the result that is compared, `tests` computes, `units` are those
+//! `source` reads the result that is compared and its groups, `tests` computes, `units` are those
 //! of the boundary, `record` is the content of `result.json`, and `draw` and `write` make the rest of the
 //! directory, in the colours of `scale`.
 
@@ -9,7 +9,6 @@ mod draw;
 mod record;
 mod scale;
 mod source;
-mod table;
 mod tests;
 mod units;
 mod write;

@@ -8,9 +8,9 @@ use shape_pca::groups::{Classification, Permanova, Regression, ScoreTests};
 
 use super::CompareConfig;
 use super::source::Kind;
-use super::table::LeftOut;
 use super::tests::{Found, OfModes, Outcome};
 use crate::doubts::{named, of_repeated, of_source};
+use crate::groups::LeftOut;
 use crate::report;
 use crate::shapes::WorldFrame;
 use crate::summary::Summary;

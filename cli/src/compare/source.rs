@@ -6,9 +6,9 @@ use serde::Deserialize;
 use shapespace_input::dimension::{Dim, per_dimension};
 
 use super::CompareConfig;
-use super::table::{Known, Labelled, read as read_table};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
+use crate::groups::{self, Known, Labelled};
 use crate::integrity::Sums;
 use crate::pca::{StoredPca, read_pca};
 use crate::results::{command_in, read_contents};
@@ -127,7 +127,7 @@ fn of_modes<const D: usize>(
         files: &modes.average.files,
     };
     Ok(Compared {
-        labelled: read_table(config, &known)?,
+        labelled: groups::read(&config.wanted(), &known)?,
         names: scores.shapes.clone(),
         doubts: modes.doubts.clone(),
         sums: modes.average.input_sums.clone(),
@@ -173,7 +173,7 @@ fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> 
         names: &names,
         files: &files,
     };
-    let labelled = read_table(config, &known)?;
+    let labelled = groups::read(&config.wanted(), &known)?;
     let rows = found.distances.matrix.into_iter();
     let matrix: Option<Vec<Vec<f64>>> = rows.map(|row| row.into_iter().collect()).collect();
     let matrix = matrix

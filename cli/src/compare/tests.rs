@@ -10,8 +10,8 @@ use shape_pca::{ModeSpace, PcaError};
 
 use super::CompareConfig;
 use super::source::{Compared, Kind, StoredScores};
-use super::table::Covariate;
 use crate::error::CliError;
+use crate::groups::Covariate;
 
 /// The result of a comparison.
 pub(crate) struct Outcome<const D: usize> {

@@ -291,9 +291,11 @@ const LEADS: &[Lead] = &[
             ("Mahalanobis distance, most", "/mahalanobis/*", Most),
             ("outliers", "/outliers/*", Count),
             ("size of the average", "/object_size", All),
+            ("groups", "/groups/*", Count),
         ],
         names: ("name", "/shapes/*"),
         columns: &[
+            ("group", "/group_of_shape/*"),
             ("weight", "/weights/*"),
             ("Mahalanobis distance", "/mahalanobis/*"),
             ("p-value", "/p_value/*"),

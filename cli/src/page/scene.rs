@@ -47,11 +47,12 @@ pub(super) fn scenes(source: &Source<'_>) -> Markup {
     // Surfaces of the mean and the modes are those that are shown with sliders.
     let of_modes = own.iter().any(|scene| !scene.modes.is_empty());
     let others = if of_modes { Vec::new() } else { series(source) };
-    let shown = own
-        .into_iter()
-        .chain(others)
-        .enumerate()
-        .filter_map(|(i, scene)| draw(source, i, &scene));
+    let all: Vec<Scene> = own.into_iter().chain(others).collect();
+    // All are first seen from one side, so that they can be compared.
+    let first = all.iter().find_map(|scene| scene.frames.first());
+    let azimuth = first.map_or(View::front(0.0).azimuth, |(_, mesh)| azimuth(mesh));
+    let shown = all.iter().enumerate();
+    let shown = shown.filter_map(|(i, scene)| draw(source, i, scene, azimuth));
     section("In 3D", shown.collect())
 }
 
@@ -104,7 +105,7 @@ fn name_of(source: &Source<'_>, stem: &str, file: &str) -> String {
 }
 
 /// A scene and its data; nothing where it is empty.
-fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
+fn draw(source: &Source<'_>, number: usize, scene: &Scene, azimuth: f64) -> Option<Markup> {
     let frames = || scene.frames.iter().map(|(_, mesh)| mesh);
     let over = || scene.overlays.iter().map(|overlay| &overlay.mesh);
     let cube = Cube::around(frames().chain(over()))?;
@@ -124,7 +125,7 @@ fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
     };
     let meshes = joined.into_iter().find(|meshes| letters(meshes) <= room)?;
     let id = format!("scene-{number}");
-    let json = data(scene, &cube, &meshes).to_string();
+    let json = data(scene, &cube, &meshes, azimuth).to_string();
     if !source.take(json.len()) {
         return None;
     }
@@ -157,7 +158,7 @@ fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
 }
 
 /// What the script reads; the meshes are those of the frames, then those of the overlays.
-fn data(scene: &Scene, cube: &Cube, meshes: &[Mesh]) -> Value {
+fn data(scene: &Scene, cube: &Cube, meshes: &[Mesh], azimuth: f64) -> Value {
     // In the units of the coordinates.
     let unit = |unit: f64| unit / cube.side * f64::from(FINEST);
     let (frames, overlays) = meshes.split_at(scene.frames.len().min(meshes.len()));
@@ -190,7 +191,7 @@ fn data(scene: &Scene, cube: &Cube, meshes: &[Mesh]) -> Value {
         "modes": scene.modes.iter().map(mode).collect::<Vec<_>>(),
         "amplitude": scene.amplitude,
         "elevation": ELEVATION,
-        "azimuth": frames.first().map_or(View::front(0.0).azimuth, azimuth),
+        "azimuth": azimuth,
         "bars": scene.bars.iter().zip(values).map(bar).collect::<Vec<_>>(),
         "overlays": scene.overlays.iter().zip(overlays).map(overlay).collect::<Vec<_>>(),
     })

@@ -8,6 +8,7 @@ use shape_pca::{Metric, PcaParams, Variation};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
+use crate::groups::{self, Wanted};
 use crate::numbers::shown;
 use crate::options::{Align, Size, named};
 use shapespace_input::Kinds;
@@ -28,6 +29,13 @@ pub struct PcaConfig {
     /// Largest score of the drawn shapes, in standard deviations.
     #[arg(long, value_name = "A")]
     pub amplitude: f64,
+    /// Table of the shapes as CSV with a header, 'folder' or 'prefix', as for `shapespace compare`: shapes at their
+    /// scores are drawn in the colours of their groups. The modes do not depend on it.
+    #[arg(long, value_name = "FILE.csv")]
+    pub groups: Option<PathBuf>,
+    /// Column of the groups [default: group, or class where there is none].
+    #[arg(long, value_name = "NAME")]
+    pub column: Option<String>,
     /// Use the average as it is. Without this option an average whose stresses do not balance is moved
     /// until they do: all its deformations are followed by the same further one, of least elastic energy.
     #[arg(long)]
@@ -44,9 +52,22 @@ impl Default for PcaConfig {
             average: PathBuf::new(),
             modes: None,
             amplitude: 2.0,
+            groups: None,
+            column: None,
             keep_average: false,
             params: PcaParams::default(),
         }
+    }
+}
+
+impl PcaConfig {
+    /// The groups that are asked for.
+    pub(super) fn wanted(&self) -> Option<Wanted<'_>> {
+        Some(Wanted {
+            groups: self.groups.as_deref()?,
+            column: self.column.as_deref(),
+            covariates: &[],
+        })
     }
 }
 
@@ -63,6 +84,13 @@ impl Config for PcaConfig {
             &shown(amplitude),
             &format!("above 0, at most {MOST_DEVIATIONS}"),
         )?;
+        if let (Some(column), None) = (&self.column, &self.groups) {
+            return Err(CliError::Option {
+                option: "--column",
+                value: column.clone(),
+                remedy: "name its table with --groups, too".into(),
+            });
+        }
         let elastic =
             self.params.variation == Variation::Stress || self.params.metric == Metric::Hessian;
         if self.params.at_rest && !elastic {
@@ -76,7 +104,8 @@ impl Config for PcaConfig {
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {
-        vec![&mut self.average]
+        let table = self.groups.as_mut().and_then(groups::file);
+        std::iter::once(&mut self.average).chain(table).collect()
     }
 }
 

@@ -13,6 +13,7 @@ use super::read::{StoredAverage, read_average};
 use super::write::write_all;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
+use crate::groups::{self, Known, Labelled};
 use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
@@ -23,12 +24,46 @@ use shapespace_input::dimension::per_dimension;
 pub(crate) struct Outcome<const D: usize> {
     pub(super) config: PcaConfig,
     pub(super) stored: StoredAverage<D>,
+    /// The groups of its shapes, if they were asked for.
+    pub(super) labelled: Option<Labelled>,
     pub(super) continuation: Option<Continuation>,
     pub(super) pca: Pca<D>,
     pub(super) quality: Quality,
 }
 
+/// What an analysis is made from.
+pub(crate) struct Plan<const D: usize> {
+    config: PcaConfig,
+    stored: StoredAverage<D>,
+    labelled: Option<Labelled>,
+}
+
 impl PcaConfig {
+    /// The groups of the shapes of an average, if they are asked for.
+    ///
+    /// # Errors
+    /// As [`groups::read`]; [`CliError::Option`] for an average of images, whose modes are no shapes.
+    fn labelled<const D: usize>(
+        &self,
+        stored: &StoredAverage<D>,
+    ) -> Result<Option<Labelled>, CliError> {
+        let Some(wanted) = self.wanted() else {
+            return Ok(None);
+        };
+        if stored.image.is_some() {
+            return Err(CliError::Option {
+                option: "--groups",
+                value: wanted.groups.display().to_string(),
+                remedy: "leave it out: this is an average of images, and only shapes are drawn at their scores".into(),
+            });
+        }
+        let known = Known {
+            names: &stored.names,
+            files: &stored.files,
+        };
+        Ok(Some(groups::read(&wanted, &known)?))
+    }
+
     /// Whether the stresses of the average are balanced first: only modes of stresses rest on that.
     fn balances(&self, params: &PcaParams) -> bool {
         !self.keep_average && params.variation == Variation::Stress
@@ -60,7 +95,7 @@ impl PcaConfig {
 impl Command for PcaConfig {
     const DISTRIBUTED: bool = true;
 
-    type Plan<const D: usize> = (PcaConfig, StoredAverage<D>);
+    type Plan<const D: usize> = Plan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
@@ -69,18 +104,30 @@ impl Command for PcaConfig {
         let mut config = self.clone();
         // The modes refer to the directory of the average, which is read again with them.
         config.average = fs::canonicalize(&self.average).unwrap_or(config.average);
-        Ok(per_dimension!(stored, stored => (config, stored)))
+        Ok(per_dimension!(stored, stored => Plan {
+            labelled: config.labelled(&stored)?,
+            config,
+            stored,
+        }))
     }
 
     fn compute<const D: usize>(
         &self,
-        (config, mut stored): (PcaConfig, StoredAverage<D>),
+        plan: Plan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
+        let Plan {
+            config,
+            mut stored,
+            labelled,
+        } = plan;
         let params = stored.pca_params(config.params);
         stored.average = stored.average.distributed(Arc::clone(&session.processes));
         let mut fingerprint = Fingerprint::of_results(&config, &[&config.average])?;
-        fingerprint.leave_out("average");
+        // The modes do not depend on groups.
+        for key in ["average", "groups", "column"] {
+            fingerprint.leave_out(key);
+        }
         announce(
             self.memory(&stored, &params),
             stored.average.grid(),
@@ -112,6 +159,7 @@ impl Command for PcaConfig {
             )?,
             config,
             stored,
+            labelled,
             continuation,
             pca,
         })

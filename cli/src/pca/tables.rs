@@ -6,10 +6,11 @@ use shape_pca::{Quality, Scores};
 use shapespace_report::chart::{Axis, Chart, Series};
 use shapespace_report::table::{Table, exact, exact_or_empty};
 
+use crate::groups::Labelled;
 use crate::output::{OutputError, write_charts, write_text};
 
 /// Writes `scores.csv`: a line for every shape, scores in standard deviations. For training shapes,
-/// whose own distances say little, those in the modes of the other shapes stand beside them.
+/// whose own distances say little, those in the modes of the other shapes stand beside them. Groups are in the last column.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -18,6 +19,7 @@ pub(super) fn write_scores(
     names: &[String],
     scores: &[Scores],
     left_out: &[Scores],
+    labelled: Option<&Labelled>,
 ) -> Result<(), OutputError> {
     let modes = scores.first().map_or(0, |s| s.scores.len());
     let quantities = ["mahalanobis", "p_value", "mahalanobis_over_n", "residual"];
@@ -27,13 +29,15 @@ pub(super) fn write_scores(
     head.extend(quantities.map(String::from));
     head.extend(of_left_out);
     head.extend((0..modes).map(|j| format!("score_{j}")));
+    head.extend(labelled.map(|_| "group".to_owned()));
     let mut table = Table::new(head);
     for (k, (name, s)) in names.iter().zip(scores).enumerate() {
         let mut numbers = quantities_of(s).to_vec();
         numbers.extend(left_out.get(k).iter().flat_map(|s| quantities_of(s)));
         numbers.extend(&s.scores);
         let numbers = numbers.into_iter().map(exact);
-        table.texts([name.clone()].into_iter().chain(numbers));
+        let group = labelled.map(|labelled| labelled.name_of(k).to_owned());
+        table.texts([name.clone()].into_iter().chain(numbers).chain(group));
     }
     write_text(path, &table.csv())
 }

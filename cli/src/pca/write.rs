@@ -49,6 +49,7 @@ pub(super) fn write_all<const D: usize>(
             &outcome.stored.names,
             &pca.training,
             &quality.left_out,
+            outcome.labelled.as_ref(),
         )
     })?;
     directory.with_file("scree.svg", |path| {
@@ -186,13 +187,15 @@ fn write_map<const D: usize>(
         return Ok(());
     }
     let scores: Vec<Vec<f64>> = pca.training.iter().map(|s| s.scores.clone()).collect();
+    let alike = vec![0; scores.len()];
+    let grouped = outcome.labelled.as_ref();
     let map = ScoreMap {
         average,
         space: &pca.space,
         scores: &scores,
         names: &outcome.stored.names,
-        groups: &vec![0; scores.len()],
-        group_names: &[],
+        groups: grouped.map_or(&alike, |grouped| grouped.groups.labels()),
+        group_names: grouped.map_or(&[], |grouped| &grouped.names),
         amplitude: outcome.config.amplitude,
     };
     match map.draw() {

@@ -1,4 +1,4 @@
-//! Objects of which one has another unit of length than the others.
+//! Objects of which one has another unit of length than the others, or all have no length in millimetres.
 
 use shapespace_input::Image;
 use shapespace_input::place::extents;
@@ -8,6 +8,9 @@ use crate::error::CliError;
 /// The longest sides of two objects differ by this factor at most. A smaller one would lie between the nodes of all
 /// grids but the largest.
 const MOST_TIMES: f64 = 100.0;
+/// The longest sides that objects have, in millimetres: from a nanometre to a kilometre. Affine maps beyond are
+/// mistakes, also where all inputs have the same.
+const SIDES: [f64; 2] = [1e-6, 1e6];
 /// Of two objects the one is wrong whose side is farther from this, in millimetres, as a factor.
 const USUAL_SIDE: f64 = 50.0;
 /// A unit is recognised by factors that differ from it by at most this factor.
@@ -22,14 +25,27 @@ const UNITS: [(f64, &str); 4] = [
 ];
 
 /// Refuses objects in the world whose lengths can have no common unit, and names the one that differs most from the
-/// others.
+/// others, and objects that are all too long or too short for anything.
 ///
 /// # Errors
 /// [`CliError::Option`].
 pub(super) fn check_units<const D: usize>(images: &[Image<D>]) -> Result<(), CliError> {
     let sides = extents(images);
     let Some((outlier, usual)) = outlier(&sides) else {
-        return Ok(());
+        return match absurd(&sides) {
+            Some(first) => Err(CliError::Option {
+                option: "INPUT",
+                value: format!(
+                    "'{}', whose object is {:.1e} mm long,",
+                    images[first].path.display(),
+                    sides[first]
+                ),
+                remedy: "give lengths in millimetres in the header of the file, or compare shapes without their \
+                         sizes by --size equal"
+                    .into(),
+            }),
+            None => Ok(()),
+        };
     };
     let (side, times) = (sides[outlier], sides[outlier] / usual);
     let (factor, which) = if times > 1.0 {
@@ -78,6 +94,12 @@ fn outlier(sides: &[f64]) -> Option<(usize, f64)> {
     }
 }
 
+/// The number of the first side that no object has.
+fn absurd(sides: &[f64]) -> Option<usize> {
+    let [least, most] = SIDES;
+    sides.iter().position(|side| !(least..=most).contains(side))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,6 +113,12 @@ mod tests {
         assert_eq!(outlier(&[0.04, 40.0]), Some((0, 40.0)));
         assert_eq!(outlier(&[40.0, 0.04, 45.0]), Some((1, 40.0)));
         assert_eq!(outlier(&[4e4, 40.0, 45.0]), Some((0, 45.0)));
+        // Alike, and absurd.
+        assert_eq!(outlier(&[4e8, 4.1e8]), None);
+        assert_eq!(absurd(&[4e8, 4.1e8]), Some(0));
+        assert_eq!(absurd(&[40.0, f64::NAN]), Some(1));
+        // A cell, and a whale.
+        assert_eq!(absurd(&[1e-2, 3e4]), None);
         // The others have another unit than millimetres.
         assert_eq!(outlier(&[4e4, 40.0, 4.5e4]), Some((1, 4e4)));
     }

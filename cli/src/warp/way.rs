@@ -48,6 +48,10 @@ pub(super) enum Between {
     Synthesized,
 }
 
+/// Why shapes that were scored are not carried, and what is done instead.
+const OF_SCORES: &str = ", which keeps no deformations; an average with these shapes, too, at a weight of 0 \
+    (--weights) has them";
+
 /// The error for a directory that has no deformations.
 pub(super) fn unfit(directory: &Path, reason: String) -> CliError {
     CliError::NoResult {
@@ -69,6 +73,7 @@ impl Way {
             "geodesic" | "length" => &["--time", "--from-time"],
             "pca" => &["--scores"],
             "synthesize" => &[],
+            "score" => return Err(unfit(directory, of_another(command) + OF_SCORES)),
             other => return Err(unfit(directory, of_another(other))),
         };
         let given = [

@@ -1,6 +1,7 @@
 //! The program refuses bad input: exit code 2, one report that names the file, nothing written.
 
-use crate::common::{Place, grey_png, nifti, npy_f64};
+use crate::common::solid::{Affine, nifti_of};
+use crate::common::{Place, Results, grey_png, nifti, npy_f64};
 
 /// Runs `average` on a good mask and a bad one; the report must hold all the words.
 fn refused(place: &Place, bad: &str, words: &[&str]) {
@@ -156,4 +157,97 @@ fn options_that_do_not_fit() {
     refused_with(&place, &two, &[], &["'out'", "exists already"]);
     let run = place.run(&["average", "good.npy", "good.npy", "-o", "no/where"]);
     assert_eq!(run.status.code(), Some(2));
+}
+
+/// Mistakes that all inputs have alike, which no comparison with the others finds: of affine maps, and of what is the
+/// object. Each is refused, or named as a doubt.
+#[test]
+fn mistakes_that_all_inputs_have_alike() {
+    const SIDE: usize = 12;
+    /// The value at a sample with this squared distance from the middle.
+    type Value = fn([usize; 3], f64) -> f32;
+    let place = Place::new();
+    let write = |affine: &Affine, value: Value| {
+        for (name, stretch) in [("a.nii", 1.0), ("b.nii", 1.3)] {
+            let sample = |index: usize| {
+                let at = [index % SIDE, index / SIDE % SIDE, index / SIDE / SIDE];
+                let [x, y, z] = at.map(|k| k as f64 - 5.5);
+                value(at, x * x + stretch * y * y + z * z)
+            };
+            let values: Vec<f32> = (0..SIDE.pow(3)).map(sample).collect();
+            place.write(name, &nifti_of([SIDE; 3], affine, &values));
+        }
+    };
+    let run = |command: &str, out: &str| {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        let run = place.run(&[&words[..], &["a.nii", "b.nii", "--grid", "9", "-o", out]].concat());
+        // Reports are wrapped.
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        let words = report.split_whitespace().filter(|word| *word != "│");
+        let report = words.collect::<Vec<_>>().join(" ");
+        (run.status.code(), report)
+    };
+    let scaled =
+        |h: f64, x: f64| -> Affine { [[h, 0.0, 0.0, x], [0.0, h, 0.0, x], [0.0, 0.0, h, x]] };
+    let ball: Value = |_, square| f32::from(u8::from(square < 14.0));
+    let mut flat = scaled(1.0, 0.0);
+    flat[2][2] = 0.0;
+    let mut sheared = scaled(1.0, 0.0);
+    sheared[0][1] = 40.0;
+    for (affine, words) in [
+        (scaled(1e6, 0.0), "6 mm long"),
+        (scaled(1e-9, 0.0), "axis of no length"),
+        (flat, "axis of no length"),
+        (sheared, "singular"),
+        (scaled(f64::NAN, 0.0), "finite"),
+        (scaled(1.0, 1e12), "more than 1e9 mm"),
+    ] {
+        write(&affine, ball);
+        for command in ["average", "geodesic", "distances"] {
+            let (code, report) = run(command, "refused");
+            assert_eq!(code, Some(2), "{command} {affine:?}: {report}");
+            assert!(report.contains("a.nii"), "{report}");
+            assert!(report.contains(words), "{command} {words}: {report}");
+        }
+    }
+    // Without their sizes they are shapes as others.
+    write(&scaled(1e6, 0.0), ball);
+    assert_ne!(run("average --size equal", "sizes").0, Some(2));
+    let cases: [(Value, Option<i32>, &str); 6] = [
+        (|_, _| 0.0, Some(2), "empty shape"),
+        (|_, _| 1.0, Some(2), "full shape"),
+        (
+            |_, square| f32::from(u8::from(square > 14.0)),
+            Some(3),
+            "background",
+        ),
+        (
+            |[i, j, k], _| ((i + j + k) % 2) as f32,
+            Some(2),
+            "no node of 9 a side",
+        ),
+        (|[i, ..], _| f32::from(u8::from(i < 6)), Some(3), "border"),
+        (
+            |at, _| f32::from(u8::from(at == [6; 3])),
+            Some(3),
+            "coarse_samples",
+        ),
+    ];
+    for (number, (value, expected, what)) in cases.into_iter().enumerate() {
+        write(&scaled(1.0, 0.0), value);
+        let out = format!("out{number}");
+        let (code, report) = run("average", &out);
+        assert_eq!(code, expected, "{what}: {report}");
+        if expected == Some(2) {
+            assert!(report.contains(what), "{report}");
+            continue;
+        }
+        let doubts = Results::read(&place.path(&out)).json["doubts"].clone();
+        for shape in ["a", "b"] {
+            let named =
+                |doubt: &serde_json::Value| doubt["what"] == what && doubt["shape"] == shape;
+            let doubts = doubts.as_array().unwrap();
+            assert!(doubts.iter().any(named), "{what}: {doubts:?}");
+        }
+    }
 }

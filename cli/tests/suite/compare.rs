@@ -209,6 +209,81 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     assert!(String::from_utf8_lossy(&run.stderr).contains("--modes"));
 }
 
+/// `pca` draws groups as `compare` does, and nothing else depends on them.
+#[test]
+fn modes_are_drawn_with_their_groups() {
+    let place = Place::new();
+    let names = ellipses(&place, [WIDE, TALL]);
+    let masks: Vec<&str> = names.iter().map(String::as_str).collect();
+    let average = [
+        "average", "--grid", "17", "--align", "none", "-o", "average",
+    ];
+    succeeded(&place.compute(&[&average[..], &masks].concat()));
+    let line = |k: usize| {
+        let (shape, half) = (["wide", "tall"][k % 2], ["first", "last"][k / 4]);
+        format!("ellipse_{k}.npy,{half},{shape}\n")
+    };
+    let lines: String = (0..SHAPES).map(line).collect();
+    let table = format!("file,half,group\nother.npy,x,y\n{lines}");
+    place.write("groups.csv", table.as_bytes());
+    let analysed = |out: &str, options: &[&str]| {
+        let command = [&["pca", "average", "-o", out], options].concat();
+        succeeded(&place.compute(&command));
+        Results::read(&place.path(out))
+    };
+    let map = |results: &Results| std::fs::read(results.path("scores.png")).unwrap();
+    let plain = analysed("plain", &[]);
+    let grouped = analysed("grouped", &["--groups", "groups.csv"]);
+    // By default `compare` leaves out modes of little variance.
+    let modes = plain.number("/n_modes").to_string();
+    let all = ["--modes", &modes];
+    let (compared, _) = compare(&place, "plain", "groups.csv", "compared", &all);
+    assert!(map(&grouped) == map(&compared) && map(&grouped) != map(&plain));
+    assert_eq!(arrays(&grouped), arrays(&plain));
+    for key in ["scores", "outliers", "doubts"] {
+        assert_eq!(grouped.json[key], plain.json[key], "{key}");
+    }
+    assert!(plain.json["groups"].is_null());
+    assert_eq!(grouped.json["parameters"]["groups"], "groups.csv");
+    assert_eq!(grouped.json["groups"][0]["name"], "wide");
+    assert_eq!(grouped.number("/groups/1/n_shapes"), 4.0);
+    assert_eq!(grouped.json["group_of_shape"][7], "tall");
+    assert_eq!(grouped.number("/ignored_lines"), 1.0);
+    let scores = std::fs::read_to_string(grouped.path("scores.csv")).unwrap();
+    let column = scores.lines().map(|line| line.rsplit(',').next().unwrap());
+    let [named, first, second] = column.take(3).collect::<Vec<_>>()[..] else {
+        panic!("{scores}");
+    };
+    assert_eq!([named, first, second], ["group", "wide", "tall"]);
+    // From the directory of the result, wherever that is read.
+    let again = analysed("again", &["--config", "grouped/config.toml"]);
+    assert!(map(&again) == map(&grouped));
+    assert_eq!(again.json["groups"], grouped.json["groups"]);
+    let other = analysed("other", &["--groups", "groups.csv", "--column", "half"]);
+    assert_eq!(other.json["groups"][1]["name"], "last");
+    assert!(map(&other) != map(&grouped));
+
+    place.write("short.csv", b"file,group\nellipse_0,a\nellipse_1,b\n");
+    let cases: [(&[&str], &str); 5] = [
+        (&["--column", "half"], "name its table with --groups"),
+        (&["--groups", "none.csv"], "'none.csv'"),
+        (
+            &["--groups", "groups.csv", "--column", "age"],
+            "no column 'age'",
+        ),
+        (&["--groups", "short.csv"], "no line for 6 shapes"),
+        (&["--groups", "prefix"], "two groups"),
+    ];
+    for (options, words) in cases {
+        let run = place.run(&[&["pca", "average", "-o", "refused"], options].concat());
+        let text = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2), "{options:?}: {text}");
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains(words), "no '{words}' in: {text}");
+        assert!(!place.path("refused").exists());
+    }
+}
+
 #[test]
 fn tables_that_cannot_be_used_are_refused() {
     let place = Place::new();

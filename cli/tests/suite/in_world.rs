@@ -322,6 +322,12 @@ fn differences(found: &Results, mean: f64) {
     assert_eq!(points.len(), lengths.len());
     assert!((points[7][1] - axes[1][7]).abs() < 1e-9);
     assert!(radius(found, "mean_000.ply") < radius(found, "mean_001.ply"));
+    // All views are first seen from one side.
+    let page = std::fs::read_to_string(found.path("report.html")).unwrap();
+    let sides = page.split("\"azimuth\":").skip(1);
+    let sides: Vec<&str> = sides.filter_map(|rest| rest.split(',').next()).collect();
+    let same = sides.iter().all(|side| *side == sides[0]);
+    assert!(sides.len() > 1 && same, "{sides:?}");
     // Balls grow with their age.
     let predicted = [
         "predicted_000.vtp",

@@ -100,6 +100,11 @@ fn images_have_modes() {
     assert!(left * right < 0.0, "{left} {right}");
     assert!((left + right).abs() < 0.2 * left.abs(), "{left} {right}");
     assert!(results.path("mode_000.apng").is_file());
+    // They are not drawn at their scores.
+    let groups = ["pca", "average", "--groups", "prefix", "-o", "grouped"];
+    let run = place.run(&groups);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("average of images"));
     // Boundaries cannot be measured by them.
     let run = place.run(&["score", a, "--pca", "modes", "-o", "scored"]);
     assert_eq!(run.status.code(), Some(2));

@@ -29,6 +29,7 @@ mod hostile;
 mod in_world;
 mod integrity;
 mod joint;
+mod label_volumes;
 mod labelled;
 mod log;
 mod long_runs;

@@ -201,6 +201,10 @@ fn mistakes_get_an_answer() {
         "equal",
     ];
     succeeded(&place.compute(&[&sized[..], &["-o", "sized"]].concat()));
+    wrong(
+        &["warp", "sized", "a.png", "--shape", "0", "-o", "x"],
+        "`shapespace score`, which keeps no deformations; an average with these shapes, too, at a weight of 0",
+    );
     // An average and its modes that were moved together find each other.
     std::fs::create_dir(place.path("moved")).unwrap();
     for name in ["mean", "modes"] {
@@ -212,6 +216,55 @@ fn mistakes_get_an_answer() {
         &["synthesize", "moved/modes", "--scores", "1", "-o", "x"],
         "put it beside the modes",
     );
+}
+
+/// Files of formats that are not read say what to make of them, and what is left out or misspelled is named.
+#[test]
+fn other_files_and_words_get_an_answer() {
+    let place = Place::new();
+    for (name, radius) in [("flat_one", 7.0), ("round_two", 8.0), ("long_three", 9.0)] {
+        place.write(&format!("{name}.png"), &disk(radius, true));
+    }
+    for (name, words) in [
+        ("a.npz", "by numpy.save, as .npy"),
+        ("a.dcm", "dcm2niix"),
+        ("a.gif", "save the picture as .png"),
+        ("a.nii.bz2", "unpack it"),
+        ("a.docx", "use .png, .jpg"),
+    ] {
+        place.write(name, b"PK");
+        for command in ["average", "geodesic", "segment"] {
+            let report = refused(&place.run(&[command, name, "flat_one.png", "-o", "x"]));
+            assert!(report.contains(&format!("'{name}'")), "{report}");
+            assert!(report.contains(words), "{command} {name}: {report}");
+        }
+    }
+    let pair = ["flat_one.png", "round_two.png"];
+    for (command, words) in [
+        (["average", "--align", "similarity"], "none, rigid"),
+        (["averge", "--grid", "17"], "'average'"),
+        (["average", "--labls", "--invert"], "'--labels'"),
+        (
+            ["score", "--align", "none"],
+            "--pca help: give it on the command line",
+        ),
+    ] {
+        let run = place.run(&[&command[..1], &pair, &command[1..], &["-o", "x"]].concat());
+        let report = refused(&run);
+        assert!(report.contains(words), "{command:?}: {report}");
+    }
+    // Classes of one shape each agree with nothing.
+    let distances = [&["distances"], &pair[..], &["long_three.png"], &QUICK].concat();
+    let run = place.compute(
+        &[
+            &distances[..],
+            &["-K", "1", "--classes", "prefix", "-o", "all"],
+        ]
+        .concat(),
+    );
+    let text = succeeded(&run);
+    assert!(text.contains("none has two shapes"), "{text}");
+    assert!(!text.contains("purity"), "{text}");
 }
 
 /// Subjects keep their names in tables, plots and reports, whatever their letters.

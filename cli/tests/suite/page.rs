@@ -1,5 +1,6 @@
 //! The report of a result as a page.
 
+use crate::common::ball::Mesh;
 use crate::common::{Place, drawn, succeeded};
 use serde_json::Value;
 use std::path::Path;
@@ -65,12 +66,7 @@ fn surfaces_are_in_the_report_with_16_bits() {
     ];
     succeeded(&place.compute(&arguments));
     let page = report(&place);
-    let data = within(
-        &page,
-        "<script type=\"application/json\" id=\"scene-0\">",
-        "</script>",
-    );
-    let scene: Value = serde_json::from_str(data).unwrap();
+    let scene = scene(&page);
     let [frame] = &scene["frames"].as_array().unwrap()[..] else {
         panic!("one surface is expected");
     };
@@ -84,6 +80,40 @@ fn surfaces_are_in_the_report_with_16_bits() {
     let letters = |key: &str| frame[key].as_str().unwrap().trim_end_matches('=').len() * 3 / 4;
     assert_eq!(letters("points"), 6 * count("element vertex "));
     assert_eq!(letters("corners"), 6 * count("element face "));
+}
+
+/// The scene of a page.
+fn scene(page: &str) -> Value {
+    let start = "<script type=\"application/json\" id=\"scene-0\">";
+    serde_json::from_str(within(page, start, "</script>")).unwrap()
+}
+
+/// A page stays below 8 MB, however large the surfaces of its result are: they are shown with fewer triangles, the
+/// coordinates in 16 bits.
+#[test]
+fn pages_of_large_surfaces_are_small() {
+    const MOST: usize = 8_000_000;
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "3", "17");
+    let average = ["average", &inputs[0], &inputs[1], "--grid", "9"];
+    succeeded(&place.compute(&[&average[..], &["-o", "mean"]].concat()));
+    let ball = Mesh::ball([8.0; 3], 5.0, 600);
+    place.write("ball.stl", &ball.stl(""));
+    succeeded(&place.compute(&["warp", "mean", "ball.stl", "--shape", "0", "-o", "out"]));
+    // Its coordinates and corners in 32 bits are more than a page may have.
+    let whole = 12 * (ball.points.len() + ball.triangles.len());
+    assert!(whole / 3 * 4 > MOST, "{whole}");
+    let page = report(&place);
+    let scene = scene(&page);
+    let frame = &scene["frames"][0];
+    let bytes = |key: &str| frame[key].as_str().unwrap().len() / 4 * 3;
+    let [points, corners] = ["points", "corners"].map(bytes);
+    assert!(page.len() < MOST, "{}", page.len());
+    // What is left is a surface: twice as many triangles as points.
+    let triangles = corners / if frame["wide"] == true { 12 } else { 6 };
+    let points = points / 6;
+    assert!((2_000..ball.points.len()).contains(&points), "{points}");
+    assert!((triangles as f64 / points as f64 - 2.0).abs() < 0.1);
 }
 
 /// What was carried is shown before and after, with the options and the way to repeat it.

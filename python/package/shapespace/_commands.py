@@ -52,7 +52,9 @@ def options(command: str) -> list[str]:
     """The names of the options of a command, those of the command line with ``_`` for ``-``.
 
     ``shapespace config COMMAND`` prints them with their meaning and their defaults."""
-    inputs = _INPUTS - {"start", "average"} if command == "average" else _INPUTS
+    # Inputs of one command are options of another.
+    own = {"average": {"start", "average"}, "pca": {"groups"}}
+    inputs = _INPUTS - own.get(command, set())
     return [key for key in _shapespace.keys(command) if key not in inputs]
 
 

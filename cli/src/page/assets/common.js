@@ -37,6 +37,8 @@ const legend = (figure, bar, above) => {
   for (const [share, text] of bar.marks) {
     const mark = made('span', {}, text);
     mark.style.left = 100 * share + '%';
+    // The first and the last one do not stand out over the ends.
+    mark.style.transform = 'translateX(-' + 100 * share + '%)';
     marks.append(mark);
   }
   box.append(strip, marks);

@@ -130,7 +130,9 @@ impl Command for ScoreConfig {
         let displacements = shapes.iter().map(|shape| &shape.displacement);
         directory.arrays("displacement", 0, displacements)?;
         let scores: Vec<Scores> = shapes.iter().map(|shape| shape.scores.clone()).collect();
-        directory.with_file("scores.csv", |path| write_scores(path, names, &scores, &[]))?;
+        directory.with_file("scores.csv", |path| {
+            write_scores(path, names, &scores, &[], None)
+        })?;
         directory.with_file("reconstruction.svg", |path| {
             let distances = &placed.reconstruction_distance;
             write_reconstruction(path, names, &placed.errors, distances)

@@ -1,4 +1,4 @@
-//! The table of groups and covariates.
+//! The groups of the shapes of a result, and their covariates: a table, or the folders or names of files.
 
 use std::collections::HashMap;
 use std::io::ErrorKind;
@@ -8,7 +8,6 @@ use serde::Serialize;
 use shape_pca::groups::{GroupError, Groups, is_constant};
 use shapespace_input::files::read_text;
 
-use super::CompareConfig;
 use crate::distances::{Classes, NAMED, class_column, is_hint, table_reader};
 use crate::error::CliError;
 use crate::numbers::plural;
@@ -16,7 +15,7 @@ use crate::shapes::FileIndex;
 
 /// The groups and covariates of shapes.
 #[derive(Clone, Debug)]
-pub(super) struct Labelled {
+pub(crate) struct Labelled {
     /// In the order of their first shapes in the table.
     pub names: Vec<String>,
     pub groups: Groups,
@@ -27,9 +26,16 @@ pub(super) struct Labelled {
     pub ignored: usize,
 }
 
+impl Labelled {
+    /// The name of a shape's group.
+    pub fn name_of(&self, shape: usize) -> &str {
+        &self.names[self.groups.labels()[shape]]
+    }
+}
+
 /// A number for every shape.
 #[derive(Clone, Debug)]
-pub(super) struct Covariate {
+pub(crate) struct Covariate {
     pub name: String,
     pub values: Vec<f64>,
 }
@@ -52,16 +58,36 @@ const MOST: f64 = 1e100;
 
 /// A column that is no covariate.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct LeftOut {
+pub(crate) struct LeftOut {
     pub name: String,
     pub reason: String,
 }
 
+/// What is asked for.
+pub(crate) struct Wanted<'a> {
+    /// The table, or one of [`NAMED`].
+    pub groups: &'a Path,
+    /// The column of the groups; otherwise `group` or `class`.
+    pub column: Option<&'a str>,
+    /// The columns of the covariates; of none, every other column of numbers.
+    pub covariates: &'a [String],
+}
+
+/// The files that an option for groups names.
+pub(crate) fn file(groups: &mut PathBuf) -> Option<&mut PathBuf> {
+    let named = NAMED.map(Path::new).contains(&&**groups);
+    Some(groups).filter(|_| !named)
+}
+
 /// The names and files of the shapes of a result.
-pub(super) struct Known<'a> {
+pub(crate) struct Known<'a> {
     pub names: &'a [String],
     pub files: &'a [PathBuf],
 }
+
+/// The options for columns.
+const COLUMN: &str = "--column";
+const COVARIATES: &str = "--covariates";
 
 /// Most names in a message.
 const LISTED: usize = 5;
@@ -70,13 +96,13 @@ const LISTED: usize = 5;
 ///
 /// # Errors
 /// [`CliError::Config`] for a table that cannot be used, with the line.
-pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliError> {
-    let path = &config.groups;
-    if NAMED.map(Path::new).contains(&&**path) {
-        return by_file(config, known);
+pub(crate) fn read(wanted: &Wanted<'_>, known: &Known<'_>) -> Result<Labelled, CliError> {
+    let path = wanted.groups;
+    if NAMED.map(Path::new).contains(&path) {
+        return by_file(wanted, known);
     }
     let wrong = |line: u64, message: String, remedy: &str| CliError::Config {
-        path: path.clone(),
+        path: path.into(),
         line: usize::try_from(line).unwrap_or(0),
         message,
         remedy: remedy.into(),
@@ -102,19 +128,19 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         .collect();
     check_header(&header).map_err(|(message, remedy)| wrong(1, message, remedy))?;
     let columns = header.join(", ");
-    let column = |name: &str| {
+    let column = |name: &str, option: &str| {
         let place = |fits: &dyn Fn(&String) -> bool| header.iter().skip(1).position(fits);
         let found = place(&|column| column == name);
         let found = found.or_else(|| place(&|column| column.eq_ignore_ascii_case(name)));
         let message = format!("it has no column '{name}' after the first");
-        let remedy = format!("its columns are {columns}: name one with --column or --covariates");
+        let remedy = format!("its columns are {columns}: name one with {option}");
         found
             .map(|at| at + 1)
             .ok_or_else(|| wrong(1, message, &remedy))
     };
-    let of_group = match &config.column {
-        Some(name) => column(name)?,
-        None => class_column(&header).map_or_else(|| column("group"), Ok)?,
+    let of_group = match wanted.column {
+        Some(name) => column(name, COLUMN)?,
+        None => class_column(&header).map_or_else(|| column("group", COLUMN), Ok)?,
     };
     let mut lines: Vec<Option<Line>> = vec![None; known.names.len()];
     let finder = Finder::new(known);
@@ -178,7 +204,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
     let lines: Vec<Line> = lines.into_iter().flatten().collect();
     let classes = Classes::numbered(lines.iter().map(|line| line.cells[of_group].clone()));
     let groups = Groups::new(classes.of_input).map_err(|error: GroupError| {
-        let remedy = "a comparison needs two groups, and two shapes in one of them";
+        let remedy = "name two groups or more, and two shapes in one of them";
         wrong(0, format!("column '{}': {error}", header[of_group]), remedy)
     })?;
     let numbers = |at: usize| -> Result<Vec<f64>, (usize, String)> {
@@ -190,7 +216,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             .collect()
     };
     let (mut covariates, mut left_out) = (Vec::new(), Vec::new());
-    if config.covariates.is_empty() {
+    if wanted.covariates.is_empty() {
         for at in (1..header.len()).filter(|&at| at != of_group) {
             let name = header[at].clone();
             match numbers(at) {
@@ -213,10 +239,10 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             }
         }
     }
-    for (i, name) in config.covariates.iter().enumerate() {
-        let at = column(name)?;
-        let same = |other: &String| column(other).is_ok_and(|other| other == at);
-        if config.covariates[..i].iter().any(same) {
+    for (i, name) in wanted.covariates.iter().enumerate() {
+        let at = column(name, COVARIATES)?;
+        let same = |other: &String| column(other, COVARIATES).is_ok_and(|other| other == at);
+        if wanted.covariates[..i].iter().any(same) {
             let message = format!("the covariate '{name}' is asked for twice");
             return Err(wrong(1, message, "name every covariate once"));
         }
@@ -248,20 +274,20 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
 }
 
 /// The groups by the folders or names of files.
-fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliError> {
+fn by_file(wanted: &Wanted<'_>, known: &Known<'_>) -> Result<Labelled, CliError> {
     let unfit = |reason: String| CliError::Option {
         option: "--groups",
-        value: config.groups.display().to_string(),
+        value: wanted.groups.display().to_string(),
         remedy: format!("{reason}; give a CSV file instead"),
     };
-    let mut columns = config.column.iter().chain(&config.covariates);
-    if let Some(name) = columns.next() {
+    let covariate = wanted.covariates.first().map(|name| &**name);
+    if let Some(name) = wanted.column.or(covariate) {
         return Err(unfit(format!(
             "there is no column '{name}' without a table"
         )));
     }
     let classes =
-        Classes::of(&config.groups, known.files).map_err(|error| unfit(error.to_string()))?;
+        Classes::of(wanted.groups, known.files).map_err(|error| unfit(error.to_string()))?;
     Ok(Labelled {
         groups: Groups::new(classes.of_input).map_err(|error| unfit(error.to_string()))?,
         names: classes.names,
