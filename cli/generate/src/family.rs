@@ -4,6 +4,7 @@ use crate::blob::Blob;
 use crate::hand::Hand;
 use crate::implicit::Implicit;
 use crate::letter::{Letter, letter};
+use crate::member::Member;
 use crate::parts::parts;
 use crate::random::Random;
 use crate::solid::{Bar, Cross, Ellipsoid, Star};
@@ -28,16 +29,6 @@ pub enum Family {
     Hands,
     /// Bars of two labelled parts that meet at different places, as label images.
     Parts,
-}
-
-/// A shape of a family and its name.
-pub struct Member<const D: usize> {
-    /// File name without extension.
-    pub name: String,
-    /// The shape about the origin.
-    pub shape: Box<dyn Implicit<D>>,
-    /// Its labelled parts, the first with the label one; none for a shape of one part.
-    pub parts: Vec<Box<dyn Implicit<D>>>,
 }
 
 /// The shapes of a family that exists in every dimension, or `None` for 2D families in 3D.

@@ -1,7 +1,7 @@
 //! Shapes of several labelled parts.
 
-use crate::family::Member;
 use crate::implicit::Implicit;
+use crate::member::Member;
 use crate::solid::Bar;
 
 /// Length and width of the bars.
