@@ -451,7 +451,7 @@ pub(crate) mod tests {
             header.affine(3, path).unwrap_err().to_string()
         };
         assert!(changed(|h| h.srow[1] = [0.0; 4]).contains("no length"));
-        assert!(changed(|h| h.srow[1][1] = 3e38).contains("finite"));
+        assert!(changed(|h| h.srow[1][1] = 3e38).contains("1e9 mm"));
         assert!(changed(|h| h.srow[1][1] = f64::NAN).contains("finite"));
         assert!(changed(|h| h.srow[0][1] = 50.0).contains("singular"));
         let turned = |h: &mut Header| {

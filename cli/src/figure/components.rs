@@ -28,11 +28,11 @@ pub(super) fn bars() -> Vec<(String, Box<dyn Implicit<2>>)> {
 /// The components of the built-in shapes, as images with this number of nodes per side.
 pub(super) fn parts(nodes: usize, folder: &Path) -> Components<2> {
     let grid = Grid::<2>::cube(nodes);
-    let mask = |part: &Box<dyn Implicit<2>>| drawn_image("part", part.as_ref(), grid, folder);
+    let mask = |part: &dyn Implicit<2>| drawn_image("part", part, grid, folder);
     let bars = shapespace_generate::parts::<2>();
     let masks: Vec<Vec<Image<2>>> = bars
         .iter()
-        .map(|bar| bar.parts.iter().map(mask).collect())
+        .map(|bar| bar.parts.iter().map(|part| mask(part.as_ref())).collect())
         .collect();
     Components::of_masks(vec![1, 2], masks)
 }
