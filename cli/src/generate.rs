@@ -194,7 +194,14 @@ fn run<const D: usize>(
     check_free(needed, &grid)?;
     let centre = centre::<D>(common)?;
     check_greys(common)?;
-    let share = |shape: &AnyShape<D>| area_share(&placed(shape, common.rotate, centre), grid);
+    let share = |shape: &AnyShape<D>| {
+        let placed = Placed {
+            shape: shape.as_ref(),
+            rotation: common.rotate,
+            centre,
+        };
+        area_share(&placed, grid)
+    };
     // Every member of a family has its own noise.
     let sampled = |shape: &AnyShape<D>, number: u64| {
         let mut field = share(shape);
@@ -230,11 +237,13 @@ fn run<const D: usize>(
         if members.is_empty() {
             return Err(flat_only("letters"));
         }
+        if members.iter().any(|member| !member.parts.is_empty()) {
+            check_labels(common)?;
+        }
         let directory = ResultDir::create(&common.output)?;
         for (number, member) in members.iter().enumerate() {
             let mut field = sampled(&member.shape, number as u64)?;
             if !member.parts.is_empty() {
-                check_labels(common)?;
                 let shares = member.parts.iter().map(share);
                 label(&mut field, &shares.collect::<Vec<_>>());
             }
@@ -249,18 +258,6 @@ fn run<const D: usize>(
     let shape = shape::<D>(command, draw_letter)?;
     write_shape(&common.output, || sampled(&shape, 0))?;
     Ok(vec![common.output.clone()])
-}
-
-fn placed<const D: usize>(
-    shape: &AnyShape<D>,
-    rotation: f64,
-    centre: [f64; D],
-) -> Placed<&dyn Implicit<D>, D> {
-    Placed {
-        shape: shape.as_ref(),
-        rotation,
-        centre,
-    }
 }
 
 /// Replaces the share of a whole shape by the labels of its parts: each node inside has that of the part of the largest

@@ -31,6 +31,46 @@ impl Labelled {
     pub fn name_of(&self, shape: usize) -> &str {
         &self.names[self.groups.labels()[shape]]
     }
+
+    /// What `result.json` says of the groups, with their mean scores by their numbers, where they are known.
+    pub fn record<'a>(
+        &'a self,
+        mean_scores: impl Fn(usize) -> Option<&'a [f64]>,
+    ) -> GroupsRecord<'a> {
+        let sizes = self.groups.sizes().iter().enumerate();
+        let shapes = 0..self.groups.labels().len();
+        GroupsRecord {
+            groups: sizes
+                .map(|(group, &n_shapes)| GroupRecord {
+                    name: &self.names[group],
+                    n_shapes,
+                    mean_scores: mean_scores(group),
+                })
+                .collect(),
+            group_of_shape: shapes.map(|shape| self.name_of(shape)).collect(),
+            ignored_lines: self.ignored,
+        }
+    }
+}
+
+/// The groups of shapes in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct GroupsRecord<'a> {
+    pub groups: Vec<GroupRecord<'a>>,
+    /// The name of every shape's group.
+    group_of_shape: Vec<&'a str>,
+    /// Lines of the table of other shapes.
+    ignored_lines: usize,
+}
+
+/// A group in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct GroupRecord<'a> {
+    pub name: &'a str,
+    pub n_shapes: usize,
+    /// Its mean scores.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_scores: Option<&'a [f64]>,
 }
 
 /// A number for every shape.

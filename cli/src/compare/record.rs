@@ -10,7 +10,7 @@ use super::CompareConfig;
 use super::source::Kind;
 use super::tests::{Found, OfModes, Outcome};
 use crate::doubts::{named, of_repeated, of_source};
-use crate::groups::LeftOut;
+use crate::groups::{GroupsRecord, LeftOut};
 use crate::report;
 use crate::shapes::WorldFrame;
 use crate::summary::Summary;
@@ -23,11 +23,8 @@ pub(super) type Record<'a, const D: usize> = report::Record<CompareConfig, Body<
 pub(super) struct Body<'a> {
     /// The shapes of the result.
     shapes: &'a [String],
-    groups: Vec<Group<'a>>,
-    /// The name of every shape's group.
-    group_of_shape: Vec<&'a str>,
-    /// Lines of the table of other shapes.
-    ignored_lines: usize,
+    #[serde(flatten)]
+    groups: GroupsRecord<'a>,
     /// Columns that are no covariates.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     covariates_left_out: &'a [LeftOut],
@@ -52,15 +49,6 @@ pub(super) struct Body<'a> {
     /// The name of the group to which every shape is assigned.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     assigned_group: Vec<&'a str>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct Group<'a> {
-    name: &'a str,
-    n_shapes: usize,
-    /// Its mean scores.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    mean_scores: Option<&'a [f64]>,
 }
 
 /// Where groups differ.
@@ -109,18 +97,9 @@ pub(super) fn record<'a, const D: usize>(
         ),
         Kind::Distances(_) => (None, None),
     };
-    let sizes = labelled.groups.sizes().iter().enumerate();
     let body = Body {
         shapes: &compared.names,
-        groups: sizes
-            .map(|(g, &n_shapes)| Group {
-                name: name(&g),
-                n_shapes,
-                mean_scores: modes.map(|found| &*found.means[g].scores),
-            })
-            .collect(),
-        group_of_shape: labelled.groups.labels().iter().map(name).collect(),
-        ignored_lines: labelled.ignored,
+        groups: labelled.record(|group| modes.map(|found| &*found.means[group].scores)),
         covariates_left_out: &labelled.left_out,
         n_modes: modes.map(|found| found.tests.f.len()),
         scores: modes.map(|found| &found.tests),
@@ -192,13 +171,14 @@ pub(super) fn differences(means: &[Vec<f64>]) -> Vec<f64> {
 /// The summary of a comparison.
 pub(super) fn summary<const D: usize>(record: &Record<'_, D>, outcome: &Outcome<D>) -> Summary {
     let body = &record.body;
-    let sizes = body.groups.iter();
-    let sizes: Vec<String> = sizes
+    let groups = &body.groups.groups;
+    let sizes: Vec<String> = groups
+        .iter()
         .map(|g| format!("{} {}", g.n_shapes, g.name))
         .collect();
     let title = format!(
         "Comparison of {} groups ({}), {:.1} s",
-        body.groups.len(),
+        groups.len(),
         sizes.join(", "),
         record.seconds
     );

@@ -12,7 +12,7 @@ use super::command::Outcome;
 use super::outliers::{Outlier, outliers};
 use super::procrustes::Procrustes;
 use crate::doubts::{named, of_repeated, of_source};
-use crate::groups::Labelled;
+use crate::groups::GroupsRecord;
 use crate::report::Record;
 use crate::shapes::BoundaryRecord;
 use crate::summary::Summary;
@@ -87,36 +87,6 @@ pub(super) struct Analysis<'a> {
     solves: &'a [SolveReport],
 }
 
-/// The groups of shapes, as `compare` has them.
-#[derive(Clone, Debug, Serialize)]
-struct GroupsRecord<'a> {
-    groups: Vec<GroupRecord<'a>>,
-    /// The name of every shape's group.
-    group_of_shape: Vec<&'a str>,
-    /// Lines of the table of other shapes.
-    ignored_lines: usize,
-}
-
-#[derive(Clone, Debug, Serialize)]
-struct GroupRecord<'a> {
-    name: &'a str,
-    n_shapes: usize,
-}
-
-impl<'a> GroupsRecord<'a> {
-    fn of(labelled: &'a Labelled) -> Self {
-        let sizes = labelled.names.iter().zip(labelled.groups.sizes());
-        let shapes = 0..labelled.groups.labels().len();
-        Self {
-            groups: sizes
-                .map(|(name, &n_shapes)| GroupRecord { name, n_shapes })
-                .collect(),
-            group_of_shape: shapes.map(|shape| labelled.name_of(shape)).collect(),
-            ignored_lines: labelled.ignored,
-        }
-    }
-}
-
 /// Distances of shapes from the average.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Distances {
@@ -157,7 +127,10 @@ pub(super) fn record<'a, const D: usize>(
     let found = Analysis {
         average_sum: stored.sums.digest(),
         shapes: &stored.names,
-        groups: outcome.labelled.as_ref().map(GroupsRecord::of),
+        groups: outcome
+            .labelled
+            .as_ref()
+            .map(|labelled| labelled.record(|_| None)),
         labels: stored.components.iter().map(|c| c.label).collect(),
         n_shapes: stored.average.n_shapes(),
         weights,

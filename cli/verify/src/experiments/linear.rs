@@ -89,16 +89,26 @@ fn params(prestressed: bool) -> PcaParams {
 /// Three objects of different size with different deformations. Their stresses do not balance; the
 /// balancing forces are kept as a load.
 fn objects(grid: Grid<2>) -> Result<Average<2>, VerifyError> {
+    weighted_objects(grid, [1.0 / 3.0; 3])
+}
+
+/// The same with other weights.
+pub(super) fn weighted_objects(
+    grid: Grid<2>,
+    weights: [f64; 3],
+) -> Result<Average<2>, VerifyError> {
     let displacements =
         PHASES.map(|phase| Field::<f64, 2, 2>::from_fn(grid, |x| displacement(phase, x)));
     let indicators = RADII.map(|radius| indicator(grid, radius));
     Ok(Average::new(
         displacements.into(),
         indicators.into(),
-        vec![1.0 / 3.0; 3],
+        weights.into(),
     )?)
 }
 
+/// Radii of the objects.
+const RADII: [f64; 3] = [0.25, 0.28, 0.3];
 /// Phases of the displacements of the objects.
 const PHASES: [f64; 3] = [0.0, 1.3, 2.9];
 
@@ -158,9 +168,6 @@ fn work_of_stress(spec: &LawSpec) -> Result<f64, VerifyError> {
     }
     Ok(work)
 }
-
-/// Radii of the objects.
-const RADII: [f64; 3] = [0.25, 0.28, 0.3];
 
 const HELD: &str =
     "Σσ_kν = 0 on S; where stresses do not balance, their reaction is kept as a load";

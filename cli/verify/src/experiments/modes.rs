@@ -165,16 +165,10 @@ fn pins(setting: Setting) -> Result<Outcome, VerifyError> {
     };
     let compound = Compound::new(&objects, &analysis)?;
     let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
-    let raised: Vec<f64> = PLACES
-        .iter()
-        .zip(tops)
-        .map(|(place, top)| {
-            pca.space
-                .fields
-                .first()
-                .map_or(0.0, |y| y.sample([*place, top])[1])
-        })
-        .collect();
+    let raised = [0, 1].map(|k| {
+        let mode = pca.space.fields.first();
+        mode.map_or(0.0, |mode| mode.sample([PLACES[k], tops[k]])[1])
+    });
     outcome.value(
         "displacement of the second pin by the mode over that of the first",
         raised[1] / raised[0],
