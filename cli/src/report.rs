@@ -212,6 +212,15 @@ pub(crate) fn overall(status: Status, last: Option<Status>) -> String {
     word(&status)
 }
 
+/// The status of a command: that of its computations, unless the user stopped one of them.
+pub(crate) fn unless_cancelled(cancelled: bool, status: impl Into<String>) -> String {
+    if cancelled {
+        CANCELLED.into()
+    } else {
+        status.into()
+    }
+}
+
 /// The status of several computations: the first that has not converged.
 pub(crate) fn first_failure<'a>(mut all: impl Iterator<Item = &'a str>) -> &'a str {
     all.find(|status| *status != CONVERGED).unwrap_or(CONVERGED)

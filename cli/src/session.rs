@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
-use fe_grid::communicator::Communicator;
+use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::{Distribution, Grid};
 
 use crate::checkpoint::{Checkpointer, Place};
@@ -46,7 +46,22 @@ pub(crate) struct Session<'a> {
     pub obsolete: Mutex<Option<WorkDir>>,
 }
 
-impl Session<'_> {
+impl<'a> Session<'a> {
+    /// A run of this process alone from now on, on files, which nobody listens to or stops.
+    pub fn alone(output: &'a Path) -> Session<'a> {
+        Session {
+            output,
+            progress: Progress::hidden(),
+            interrupt: Interrupt::of_call(),
+            sources: Sources::files(),
+            start: Instant::now(),
+            trust: false,
+            checkpoint: CheckpointOption::NONE,
+            processes: Arc::new(Alone),
+            obsolete: Mutex::default(),
+        }
+    }
+
     /// An observer of a minimisation on these grids, coarsest first.
     pub fn observer<const D: usize>(&self, grids: &[Grid<D>]) -> ProgressObserver<'_> {
         let sizes = grids.iter().map(|grid| GridSize {
@@ -223,19 +238,17 @@ pub(crate) fn run<C: Command>(
     let start = Instant::now();
     let processes = processes();
     let session = Session {
-        output: &options.output,
         progress: if processes.rank() == 0 {
             options.progress(start)
         } else {
             Progress::hidden()
         },
         interrupt: Interrupt::new(),
-        sources: Sources::files(),
         start,
         trust: options.trust,
         checkpoint,
         processes,
-        obsolete: Mutex::default(),
+        ..Session::alone(&options.output)
     };
     in_pool(options.threads, || {
         if session.is_first() {

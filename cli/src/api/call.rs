@@ -1,10 +1,8 @@
 //! Runs a command for another program.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::sync::PoisonError;
 
-use fe_grid::communicator::Alone;
 use toml::Table;
 
 use super::computed::{Computed, Held};
@@ -224,15 +222,12 @@ impl Call {
         };
         let computed = in_pool(self.threads, || {
             let session = Session {
-                output: &output,
                 progress: Progress::told(self.listener.clone()),
                 interrupt: self.stop.0.clone(),
                 sources: self.sources.clone(),
-                start: Instant::now(),
                 trust: self.trust,
                 checkpoint: self.checkpoint(),
-                processes: Arc::new(Alone),
-                obsolete: Mutex::default(),
+                ..Session::alone(&output)
             };
             let computed = match command.plan(&session)? {
                 Dim::D2(plan) => held(command, plan, &session),

@@ -2,23 +2,17 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use fe_grid::communicator::Alone;
 use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::error::CliError;
 use crate::integrity::seal;
-use crate::interrupt::Interrupt;
-use crate::options::CheckpointOption;
 use crate::output::{Kept, KeptArray, OutputError, ResultDir, WorkDir};
 use crate::page::write_page;
-use crate::progress::Progress;
 use crate::session::{Command, Session};
 use crate::summary::Summary;
-use shapespace_input::Sources;
 
 /// A result: its arrays, its record, and all that is needed to write its directory.
 pub struct Computed {
@@ -114,16 +108,9 @@ impl Computed {
         let seconds = Duration::try_from_secs_f64(seconds).unwrap_or_default();
         let now = Instant::now();
         let session = Session {
-            output: target,
-            progress: Progress::told(None),
-            interrupt: Interrupt::of_call(),
-            sources: Sources::files(),
             // The time of the computation, without what has passed since.
             start: now.checked_sub(seconds).unwrap_or(now),
-            trust: false,
-            checkpoint: CheckpointOption::NONE,
-            processes: Arc::new(Alone),
-            obsolete: Mutex::default(),
+            ..Session::alone(target)
         };
         self.held.write(&session, &directory)?;
         seal(&directory)?;

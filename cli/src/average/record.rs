@@ -12,7 +12,7 @@ use super::error_bars::ErrorBars;
 use super::minima::{FoundMinima, add_minima, doubts as doubts_of_starts};
 use super::{AverageConfig, Outcome};
 use crate::doubts::named_by_label;
-use crate::report::{self, CANCELLED, overall};
+use crate::report::{self, overall, unless_cancelled};
 use crate::shapes::{BoundaryRecord, Input, SizeRecord, common_scale, doubts_of, records_of};
 use crate::summary::Summary;
 
@@ -90,11 +90,7 @@ pub(super) fn record<'a, const D: usize>(
     };
     let last = levels.last().map(|level| level.status);
     let last = FoundMinima::status(outcome.minima.as_ref(), last);
-    let status = if outcome.interrupted {
-        CANCELLED.into()
-    } else {
-        overall(result.status, last)
-    };
+    let status = unless_cancelled(outcome.interrupted, overall(result.status, last));
     let grid = result.average.grid();
     let mut doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
     doubts.extend(outcome.minima.iter().flat_map(doubts_of_starts));

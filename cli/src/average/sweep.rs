@@ -13,7 +13,7 @@ use crate::doubts::named;
 use crate::error::CliError;
 use crate::memory::announce;
 use crate::output::{ResultDir, numbered};
-use crate::report::{CANCELLED, Record, first_failure, overall};
+use crate::report::{CANCELLED, Record, first_failure, overall, unless_cancelled};
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Input, SizeRecord, common_scale, doubts_of, records_of, settle};
 use crate::summary::Summary;
@@ -149,12 +149,8 @@ impl Command for Sweep {
         directory.picture("sweep.png", || picture(found, &outcome.grid, self.side))?;
         let missing = weights(inputs.len(), self.side).len() - averages.len();
         let stopped = missing > 0 || averages.iter().any(|record| record.status == CANCELLED);
-        let status = if stopped {
-            CANCELLED
-        } else {
-            first_failure(averages.iter().map(|record| &*record.status))
-        };
-        let status = status.to_owned();
+        let status = first_failure(averages.iter().map(|record| &*record.status));
+        let status = unless_cancelled(stopped, status);
         let results = outcome.averages.iter();
         let mut doubts: Vec<Doubt> = results
             .flat_map(|(_, result)| result.doubts(&outcome.config.params))

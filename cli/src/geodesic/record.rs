@@ -12,7 +12,7 @@ use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::{DoubtRecord, named};
 use crate::numbers::plural;
-use crate::report::{self, CANCELLED, overall};
+use crate::report::{self, overall, unless_cancelled};
 use crate::shapes::{BoundaryRecord, Input, common_scale, records_of};
 use crate::summary::Summary;
 
@@ -94,11 +94,7 @@ pub(super) fn record<'a, const D: usize>(
     };
     let last = levels.last().map(|level| level.info.status);
     let last = FoundPaths::status(outcome.minima.as_ref(), last);
-    let status = if outcome.interrupted {
-        CANCELLED.into()
-    } else {
-        overall(result.status, last)
-    };
+    let status = unless_cancelled(outcome.interrupted, overall(result.status, last));
     let grid = result.level_sets[0].grid();
     let mut doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
     if outcome.config.params.form == Form::LevelSets {

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::{LengthConfig, Outcome};
 use crate::doubts::named;
 use crate::geodesic::path::Path;
-use crate::report::{self, CONVERGED, first_failure, overall};
+use crate::report::{self, CONVERGED, first_failure, overall, unless_cancelled};
 use crate::shapes::{BoundaryRecord, Input, common_scale, records_of};
 use crate::summary::Summary;
 
@@ -124,10 +124,8 @@ pub(super) fn record<const D: usize>(
     let pieces: Vec<_> = given.pieces.iter().map(piece).collect();
     let ends = pieces.iter().map(|piece| &piece.end);
     let ends = ends.chain(shortest.iter().map(|shortest| &shortest.end));
-    let mut status = first_failure(ends.map(|end| &*end.status)).to_owned();
-    if status == CONVERGED && outcome.interrupted {
-        status = report::CANCELLED.into();
-    }
+    let status = first_failure(ends.map(|end| &*end.status));
+    let status = unless_cancelled(outcome.interrupted && status == CONVERGED, status);
     let found = Found {
         path: measures,
         pieces,

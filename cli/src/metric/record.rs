@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{MetricConfig, Outcome};
 use crate::doubts::named;
-use crate::report::{self, CANCELLED, CONVERGED};
+use crate::report::{self, CONVERGED, unless_cancelled};
 use crate::shapes::{Input, common_scale, records_of};
 use crate::summary::Summary;
 
@@ -108,13 +108,12 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         rounds: flow.rounds,
         iterations: flow.iterations,
     };
-    let status = if outcome.interrupted {
-        CANCELLED
-    } else if flow.converged {
+    let ended = if flow.converged {
         CONVERGED
     } else {
         "max_iterations"
     };
+    let status = unless_cancelled(outcome.interrupted, ended);
     let grid = outcome.distance.grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
     Record::new(status, Some(grid), config, body, doubts, start).of(records_of(inputs))

@@ -19,7 +19,7 @@ use crate::fingerprint::Fingerprint;
 use crate::geodesic::draw::{portraits, portraits_of_parts};
 use crate::memory::announce;
 use crate::output::ResultDir;
-use crate::report::CANCELLED;
+use crate::report::unless_cancelled;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
 use crate::warp::{write_labels, write_shape};
@@ -204,13 +204,12 @@ fn record<const D: usize>(
         .map(DoubtRecord::of_scores)
         .collect();
     let reached = share >= 1.0;
-    let status = if outcome.interrupted {
-        CANCELLED
-    } else if reached {
+    let ended = if reached {
         "complete"
     } else {
         "load_not_reached"
     };
+    let status = unless_cancelled(outcome.interrupted, ended);
     Ok(
         SynthesisRecord::new(status, Some(&grid), config, found, doubts, start)
             .within(outcome.stored.average.world.as_ref()),

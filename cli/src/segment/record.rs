@@ -11,7 +11,7 @@ use super::args::SegmentConfig;
 use super::compute::Found;
 use crate::doubts::named;
 use crate::numbers::plural;
-use crate::report::{self, CANCELLED, first_failure, overall};
+use crate::report::{self, first_failure, overall, unless_cancelled};
 use crate::shapes::{InputRecord, SizeRecord};
 use crate::summary::Summary;
 
@@ -122,12 +122,8 @@ pub(super) fn record<'a, const D: usize>(
         .map(|i| i.object.as_ref().and_then(|o| o.dice));
     let overlaps: Option<Vec<f64>> = overlaps.collect();
     let any = found.iter().any(|f| f.result.status == Status::Cancelled);
-    let status = if any {
-        CANCELLED
-    } else {
-        first_failure(images.iter().map(|image| &*image.status))
-    };
-    let status = status.to_owned();
+    let status = first_failure(images.iter().map(|image| &*image.status));
+    let status = unless_cancelled(any, status);
     let numbered = found.iter().enumerate();
     let doubts = numbered.flat_map(|(i, f)| f.doubts().into_iter().map(move |d| d.about(i)));
     let names = found.iter().map(|f| &*f.placed.input.name);
