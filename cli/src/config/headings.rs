@@ -49,6 +49,7 @@ const HEADINGS: [(&str, &[&str]); 5] = [
             "richardson",
             "reached",
             "retry",
+            "refine",
             "linkage",
             "clusters",
             "object",

@@ -95,6 +95,11 @@ pub struct DistancesConfig {
     /// Compute paths that fold or do not reach their end once more in this form.
     #[arg(long, value_enum, value_name = "FORM")]
     pub retry: Option<Form>,
+    /// How often the spacing of the grid is halved for a pair whose paths fold or do not reach their
+    /// end: all its paths are computed again. [default: 1 in 2D, 0 in 3D, where a finer grid takes eight
+    /// times the memory]
+    #[arg(long, value_name = "N")]
+    pub refine: Option<u32>,
     /// Linkage: how the distance between two clusters is defined.
     #[arg(long, value_enum)]
     pub linkage: Linkage,
@@ -128,6 +133,7 @@ impl Default for DistancesConfig {
             richardson: false,
             reached: None,
             retry: None,
+            refine: None,
             linkage: Linkage::default(),
             clusters: None,
             classes: None,
@@ -193,6 +199,8 @@ impl Config for DistancesConfig {
                 .into(),
             });
         }
+        let refine = self.refine.unwrap_or(0);
+        allow(refine <= MOST_REFINED, "refine", &refine, "at most 4")?;
         let reached = self.reached.unwrap_or(1.0);
         let share = reached > 0.0 && reached <= 1.0;
         allow(share, "reached", &reached, "a number above 0 and up to 1")?;
@@ -218,6 +226,9 @@ impl Config for DistancesConfig {
         shapes.chain(classes).collect()
     }
 }
+
+/// A grid of 16 times the nodes of an axis is finer than any image.
+const MOST_REFINED: u32 = 4;
 
 /// Neighbours of new shapes, as in scikit-learn.
 const NEIGHBOURS: usize = 5;
@@ -277,6 +288,11 @@ impl DistancesConfig {
         } else {
             vec![steps]
         }
+    }
+
+    /// How often grids are refined for pairs whose paths do not arrive.
+    pub(super) fn refinements(&self) -> u32 {
+        self.refine.unwrap_or(0)
     }
 
     /// The forms of all attempts, in their order.

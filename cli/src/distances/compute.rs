@@ -15,7 +15,7 @@ use ::geodesic::Shape;
 
 use super::args::DistancesConfig;
 use super::helpers::lead;
-use super::pair::{PairRecord, compute};
+use super::pair::{PairRecord, Place, compute};
 use super::store::Store;
 use crate::error::CliError;
 use crate::interrupt::Interrupt;
@@ -152,18 +152,38 @@ pub(super) fn share(threads: usize, workers: usize, worker: usize) -> usize {
     threads / workers + usize::from(worker < threads % workers)
 }
 
-/// Computes the paths of a pair; none if they are interrupted.
+/// Computes the paths of a pair; none if they are interrupted. Where some fold or do not arrive, all are
+/// computed on finer grids, too: parts and gaps that the grid does not resolve are what most of these
+/// fail at. Those of a finer grid are kept where more of them arrive.
 pub(super) fn paths_of<const D: usize>(
     pairs: &Pairs<D>,
     ids: [usize; 2],
     config: &DistancesConfig,
     interrupt: &Interrupt,
 ) -> Result<Vec<PairRecord>, CliError> {
-    let (start, end) = pairs.fields(ids[0], ids[1])?;
-    let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
     let magnification = pairs.magnification(ids[0], ids[1]);
-    let records = compute(ids, &shapes, magnification, config, interrupt)?;
-    Ok(records.unwrap_or_default())
+    let arrived = |records: &[PairRecord]| records.iter().filter(|r| r.arrives(config)).count();
+    let mut kept: Option<Vec<PairRecord>> = None;
+    for refinements in 0..=config.refinements() {
+        let (start, end) = pairs.fields(ids[0], ids[1], refinements)?;
+        let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
+        let place = Place {
+            ids,
+            magnification,
+            refinements,
+        };
+        let Some(records) = compute(place, &shapes, config, interrupt)? else {
+            return Ok(Vec::new());
+        };
+        let kept = kept.get_or_insert_with(|| records.clone());
+        if arrived(&records) > arrived(kept) {
+            *kept = records;
+        }
+        if arrived(kept) == config.directions() {
+            break;
+        }
+    }
+    Ok(kept.unwrap_or_default())
 }
 
 /// The number of finished pairs.

@@ -237,6 +237,7 @@ mod tests {
                                 start,
                                 end,
                                 magnification: 1.0,
+                                refinements: 0,
                                 paths: Vec::new(),
                             }];
                         }

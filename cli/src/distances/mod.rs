@@ -41,7 +41,7 @@ use crate::memory::announce;
 use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Domain, Input, Pairs, Placed, settle};
+use crate::shapes::{Domain, Input, Pairs, Placed, refined, settle};
 use crate::summary::Summary;
 use classes::Labels;
 pub(crate) use classes::{Classes, NAMED, class_column, is_hint, table_reader};
@@ -116,11 +116,12 @@ impl DistanceStudy {
     ) -> Result<(), CliError> {
         let threads = rayon::current_num_threads();
         let at_once = self.at_once.map_or(threads, |n| threads.min(n as usize));
-        let fields = |n: usize| (size_of::<f64>() * grid.n_nodes() * n) as u64;
+        let fields = |n: usize, grid: &Grid<D>| (size_of::<f64>() * grid.n_nodes() * n) as u64;
         // Of the first direction of a pair the steps, both kinds of deformations and the shapes are kept.
         let kept = (config.directions() - 1) * config.params.steps * (2 * D + 1);
-        let path = memory_estimate(&config.params, 1, grid) + fields(kept);
-        let needed = fields(n_shapes) + at_once as u64 * path;
+        let finest = refined(grid, config.refinements());
+        let path = memory_estimate(&config.params, 1, &finest) + fields(kept, &finest);
+        let needed = fields(n_shapes, grid) + at_once as u64 * path;
         announce(needed, grid, &session.progress)
     }
 }

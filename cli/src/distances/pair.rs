@@ -18,7 +18,10 @@ pub(super) struct PairRecord {
     pub end: usize,
     /// The factor from the common scale of all shapes to the scale of the pair in the box.
     pub magnification: f64,
-    /// All attempts, in the order of their computation.
+    /// How often the spacing of the grid was halved for this pair.
+    #[serde(default)]
+    pub refinements: u32,
+    /// All attempts on that grid, in the order of their computation.
     pub paths: Vec<PathRecord>,
 }
 
@@ -55,6 +58,17 @@ pub(super) struct PathRecord {
     pub evaluations: usize,
     /// Wall time on one thread, or on several if there are more threads than paths.
     pub seconds: f64,
+}
+
+/// Where a pair of shapes is computed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// The numbers of the shapes.
+    pub ids: [usize; 2],
+    /// The factor from the common scale of all shapes to the scale of the pair in the box.
+    pub magnification: f64,
+    /// How often the spacing of the grid is halved.
+    pub refinements: u32,
 }
 
 /// A usable length.
@@ -155,6 +169,13 @@ impl PairRecord {
         forms.any(|form| group.iter().all(|steps| usable(form, steps)))
     }
 
+    /// Whether a path with the number of steps that is asked for arrives without a fold.
+    pub fn arrives(&self, config: &DistancesConfig) -> bool {
+        let steps = config.params.steps;
+        let mut paths = self.paths.iter();
+        paths.any(|path| path.steps == steps && path.sound())
+    }
+
     /// Paths that fold or do not reach their end.
     pub fn faulty(&self) -> impl Iterator<Item = &PathRecord> {
         self.paths.iter().filter(|path| !path.sound())
@@ -169,18 +190,19 @@ impl PairRecord {
 /// # Errors
 /// [`GeodesicError`] for shapes and parameters that do not fit.
 pub(super) fn compute<const D: usize>(
-    ids: [usize; 2],
+    place: Place,
     shapes: &[Shape<D>; 2],
-    magnification: f64,
     config: &DistancesConfig,
     interrupt: &Interrupt,
 ) -> Result<Option<Vec<PairRecord>>, GeodesicError> {
+    let (ids, magnification) = (place.ids, place.magnification);
     let directions = config.directions();
     let mut records: Vec<PairRecord> = (0..directions)
         .map(|way| PairRecord {
             start: ids[way],
             end: ids[1 - way],
             magnification,
+            refinements: place.refinements,
             paths: Vec::new(),
         })
         .collect();
@@ -273,6 +295,7 @@ mod tests {
             start: 0,
             end: 1,
             magnification: 1.0,
+            refinements: 0,
             paths,
         };
         let measured = |paths, retry| {

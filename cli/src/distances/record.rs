@@ -71,6 +71,8 @@ pub(super) struct LengthRecord {
     /// The factor from the common scale of all shapes to that of the pair in the box. Lengths are
     /// in the common scale.
     pub magnification: f64,
+    /// How often the spacing of the grid was halved for the pair.
+    pub refinements: u32,
     /// `L` with the requested number of steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
@@ -300,6 +302,7 @@ impl LengthRecord {
             start: record.start,
             end: record.end,
             magnification: record.magnification,
+            refinements: record.refinements,
             form: measured.map(|m| m.form),
             length: measured.map(|m| m.length),
             half_length: measured.and_then(|m| m.half),

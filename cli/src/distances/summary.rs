@@ -204,6 +204,11 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
     if unfinished > 0 {
         summary.line("paths", format!("{unfinished} of {all} have not converged"));
     }
+    let refined = found.paths.iter().filter(|p| p.refinements > 0).count();
+    if refined > 0 {
+        let words = format!("{refined} of {all} paths, of pairs that did not arrive (--refine)");
+        summary.line("finer grids", words);
+    }
     if found.marked.is_empty() {
         return;
     }

@@ -80,6 +80,7 @@ fn write_tables<const D: usize>(
         "status",
         "iterations",
         "evaluations",
+        "refinements",
         "seconds",
     ]);
     for path in &record.body.paths {
@@ -99,6 +100,7 @@ fn write_tables<const D: usize>(
             path.status.clone(),
             path.iterations.to_string(),
             path.evaluations.to_string(),
+            path.refinements.to_string(),
             exact(path.seconds),
         ]);
     }

@@ -49,7 +49,7 @@ pub(crate) use inspect::{
 };
 use inspect::{doubts_of_resolution, sample_distance, unresolved};
 pub(crate) use label::{file_names, labels, stem, with_folder};
-pub(crate) use pairs::Pairs;
+pub(crate) use pairs::{Pairs, refined};
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
     BoundaryRecord, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,

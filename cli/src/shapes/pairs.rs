@@ -26,6 +26,11 @@ use super::{Input, common_scale};
 use crate::error::CliError;
 use shapespace_input::frame::corner_in_unit_box;
 
+/// The grid after its spacing has been halved so many times.
+pub(crate) fn refined<const D: usize>(grid: &Grid<D>, times: u32) -> Grid<D> {
+    (0..times).fold(*grid, |grid, _| grid.finer())
+}
+
 /// Shapes and the relative positions of all pairs.
 pub(crate) struct Pairs<const D: usize> {
     pub inputs: Vec<Input<D>>,
@@ -244,14 +249,21 @@ impl<const D: usize> Pairs<D> {
         position.map_or(1.0, |position| position.magnification)
     }
 
-    /// The signed distances of two shapes in the position of the pair, in this order.
+    /// The signed distances of two shapes in the position of the pair, in this order, on the grid of all
+    /// pairs after so many refinements.
     ///
     /// # Errors
     /// [`CliError`] for a shape that is lost on the grid.
-    pub fn fields(&self, start: usize, end: usize) -> Result<PairFields<'_, D>, CliError> {
+    pub fn fields(
+        &self,
+        start: usize,
+        end: usize,
+        refinements: u32,
+    ) -> Result<PairFields<'_, D>, CliError> {
         let (i, j) = (start.min(end), start.max(end));
-        let (first, second) = if self.position(i, j).is_some() {
-            let [first, second] = self.sampled(i, j, self.grid)?;
+        let (first, second) = if refinements > 0 || self.position(i, j).is_some() {
+            let grid = refined(&self.grid, refinements);
+            let [first, second] = self.sampled(i, j, grid)?;
             (Cow::Owned(first), Cow::Owned(second))
         } else {
             let [first, second] = [i, j].map(|shape| Cow::Borrowed(&self.distances[shape]));
@@ -387,10 +399,10 @@ mod tests {
             .unwrap();
         for i in 0..3 {
             for j in (0..3).filter(|&j| j != i) {
-                let (a, b) = pairs.fields(i, j).unwrap();
+                let (a, b) = pairs.fields(i, j, 0).unwrap();
                 // Bars of one size, up to the steps of the slanted one.
                 assert!(dice(&a, 0.0, &b, 0.0).unwrap() > 0.96, "{i} {j}");
-                let (d, c) = pairs.fields(j, i).unwrap();
+                let (d, c) = pairs.fields(j, i, 0).unwrap();
                 assert_eq!((a.as_slice(), b.as_slice()), (c.as_slice(), d.as_slice()));
                 let outline = contour(&a, 0.0, BoxEdge::Open).unwrap();
                 let area = Moments::of_contour(&outline).unwrap().volume;
