@@ -46,6 +46,7 @@ mod pictures_elsewhere;
 mod processes;
 mod readme;
 mod real_data;
+mod refined;
 mod resume;
 mod segment;
 mod skipping;
