@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use ::geodesic::distances::Linkage;
 use ::geodesic::{DomainChoice, Form, GeodesicParams};
 use clap::Args;
+use fe_grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use super::classes;
@@ -96,8 +97,8 @@ pub struct DistancesConfig {
     #[arg(long, value_enum, value_name = "FORM")]
     pub retry: Option<Form>,
     /// How often the spacing of the grid is halved for a pair whose paths fold or do not reach their
-    /// end: all its paths are computed again. [default: 1 in 2D, 0 in 3D, where a finer grid takes eight
-    /// times the memory]
+    /// end: all its paths are computed again. [default: 1 in 2D up to 257 x 257 nodes, else 0, since a
+    /// finer grid takes four times the memory, in 3D eight times]
     #[arg(long, value_name = "N")]
     pub refine: Option<u32>,
     /// Linkage: how the distance between two clusters is defined.
@@ -227,6 +228,9 @@ impl Config for DistancesConfig {
     }
 }
 
+/// Nodes of the finest plane grid that is refined by default.
+const REFINED_NODES: usize = 257 * 257;
+
 /// A grid of 16 times the nodes of an axis is finer than any image.
 const MOST_REFINED: u32 = 4;
 
@@ -290,9 +294,10 @@ impl DistancesConfig {
         }
     }
 
-    /// How often grids are refined for pairs whose paths do not arrive.
-    pub(super) fn refinements(&self) -> u32 {
-        self.refine.unwrap_or(0)
+    /// How often this grid is refined for pairs whose paths do not arrive.
+    pub(super) fn refinements<const D: usize>(&self, grid: &Grid<D>) -> u32 {
+        let few = D == 2 && grid.n_nodes() <= REFINED_NODES;
+        self.refine.unwrap_or(u32::from(few))
     }
 
     /// The forms of all attempts, in their order.

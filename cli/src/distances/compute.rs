@@ -164,7 +164,7 @@ pub(super) fn paths_of<const D: usize>(
     let magnification = pairs.magnification(ids[0], ids[1]);
     let arrived = |records: &[PairRecord]| records.iter().filter(|r| r.arrives(config)).count();
     let mut kept: Option<Vec<PairRecord>> = None;
-    for refinements in 0..=config.refinements() {
+    for refinements in 0..=config.refinements(&pairs.grid) {
         let (start, end) = pairs.fields(ids[0], ids[1], refinements)?;
         let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
         let place = Place {

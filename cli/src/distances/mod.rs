@@ -119,7 +119,7 @@ impl DistanceStudy {
         let fields = |n: usize, grid: &Grid<D>| (size_of::<f64>() * grid.n_nodes() * n) as u64;
         // Of the first direction of a pair the steps, both kinds of deformations and the shapes are kept.
         let kept = (config.directions() - 1) * config.params.steps * (2 * D + 1);
-        let finest = refined(grid, config.refinements());
+        let finest = refined(grid, config.refinements(grid));
         let path = memory_estimate(&config.params, 1, &finest) + fields(kept, &finest);
         let needed = fields(n_shapes, grid) + at_once as u64 * path;
         announce(needed, grid, &session.progress)

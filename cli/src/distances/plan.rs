@@ -34,8 +34,6 @@ fn plan_images<const D: usize>(
     mut config: DistancesConfig,
 ) -> Result<DistancesPlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
-    // In 3D a finer grid takes eight times the memory.
-    config.refine = config.refine.or(Some(u32::from(D == 2)));
     let mut masks = MaskOptions {
         align: config.masks.align.or(Some(Align::None)),
         ..config.masks

@@ -99,7 +99,7 @@ pub(super) struct LengthRecord {
     /// Iterations and evaluations of the energy on all levels of that path.
     pub iterations: usize,
     pub evaluations: usize,
-    /// Of all attempts.
+    /// Of all attempts on that grid.
     pub seconds: f64,
 }
 
