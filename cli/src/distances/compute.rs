@@ -163,7 +163,7 @@ pub(super) fn paths_of<const D: usize>(
 ) -> Result<Vec<PairRecord>, CliError> {
     let magnification = pairs.magnification(ids[0], ids[1]);
     let arrived = |records: &[PairRecord]| records.iter().filter(|r| r.arrives(config)).count();
-    let mut kept: Option<Vec<PairRecord>> = None;
+    let mut kept: Vec<PairRecord> = Vec::new();
     for refinements in 0..=config.refinements(&pairs.grid) {
         let (start, end) = pairs.fields(ids[0], ids[1], refinements)?;
         let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
@@ -175,15 +175,14 @@ pub(super) fn paths_of<const D: usize>(
         let Some(records) = compute(place, &shapes, config, interrupt)? else {
             return Ok(Vec::new());
         };
-        let kept = kept.get_or_insert_with(|| records.clone());
-        if arrived(&records) > arrived(kept) {
-            *kept = records;
+        if kept.is_empty() || arrived(&records) > arrived(&kept) {
+            kept = records;
         }
-        if arrived(kept) == config.directions() {
+        if arrived(&kept) == config.directions() {
             break;
         }
     }
-    Ok(kept.unwrap_or_default())
+    Ok(kept)
 }
 
 /// The number of finished pairs.
