@@ -111,7 +111,7 @@ fn estimates_of_stability_are_what_is_used() {
         for (d, ratio) in [
             (2, measured_stability::<2>(65, 1)),
             (2, measured_stability::<2>(65, 4)),
-            (3, measured_stability::<3>(33, 2)),
+            (3, measured_stability::<3>(21, 2)),
         ] {
             println!("{d}D: {ratio:.3}");
             assert!((0.9..1.1).contains(&ratio), "{d}D: {ratio}");

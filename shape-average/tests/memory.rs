@@ -163,9 +163,9 @@ fn of_images<const D: usize>(images: usize, nodes: usize) -> f64 {
 fn estimates_of_images_are_what_is_used() {
     in_own_process("estimates_of_images_are_what_is_used", || {
         let measured = [
-            of_images::<2>(2, 129),
-            of_images::<2>(5, 129),
-            of_images::<3>(2, 33),
+            of_images::<2>(2, 65),
+            of_images::<2>(5, 65),
+            of_images::<3>(2, 21),
         ];
         println!("{measured:.3?}");
         let right = measured.iter().all(|ratio| (0.9..1.1).contains(ratio));
