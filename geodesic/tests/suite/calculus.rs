@@ -125,8 +125,8 @@ fn check_shooting<const D: usize>(
 fn shooting_gives_back_a_geodesic() {
     check_shooting(&ball::<2>(33, 0.22), &ellipsoid(33, [0.3, 0.18], 0.0), 4);
     check_shooting(
-        &ball::<3>(17, 0.24),
-        &ellipsoid(17, [0.3, 0.22, 0.2], 0.0),
+        &ball::<3>(13, 0.24),
+        &ellipsoid(13, [0.3, 0.22, 0.2], 0.0),
         2,
     );
 }
