@@ -63,13 +63,17 @@ impl<const D: usize> AverageResult<D> {
 
 impl<const D: usize> JointResult<D> {
     /// Returns the doubts about a joint average that was computed with these parameters of the
-    /// average: levels that did not converge, a determinant at its lower bound, images whose edges are
-    /// not those of the average, and images that differ more after they were deformed.
+    /// average: levels that did not converge, an estimate of the remaining energy above its limit, a determinant
+    /// at its lower bound, images whose edges are not those of the average, and images that differ more after
+    /// they were deformed.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let statuses = self.levels.iter().map(|level| level.status);
         let statuses = statuses.filter(|status| !status.converged());
         let doubts = [
             not_converged(statuses, self.status),
+            self.energy()
+                .remaining_share()
+                .and_then(|share| Doubt::check(Cause::RemainingEnergy, share)),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
             Doubt::check(Cause::Spread, self.spread_share()),
         ];

@@ -112,7 +112,9 @@ pub struct AverageParams {
     /// Stopping tolerance: the minimisation ends when five iterations lower the energy by less than
     /// this share of the elastic energy, or the next one is expected to lower it by less than a fifth
     /// of that. Coarser levels have 0.3 times the tolerance. With unequal weights it is multiplied by
-    /// the smallest weight relative to equal weights, or by 0.1.
+    /// the smallest weight relative to equal weights, or by 0.1. With --joint, a level ends when a round lowers the
+    /// energy by less than a fifth of this share of itself, and the last one when at most twenty times this share of the
+    /// elastic energy is expected to remain.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
     /// Maximum number of iterations per level.

@@ -36,7 +36,8 @@ pub struct JointParams {
     /// Number of steps of the minimiser of averages per round.
     pub steps: usize,
     /// Relative tolerance: a level ends when a round decreases the energy by less than this
-    /// fraction.
+    /// fraction, the finest one also not before the estimate of the remaining energy is less than a hundred times
+    /// this fraction of the elastic energy ([`JointEnergy::remaining_share`](super::JointEnergy::remaining_share)).
     pub tolerance: f64,
     /// Maximal number of rounds per level.
     pub max_rounds: usize,

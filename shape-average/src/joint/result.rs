@@ -16,6 +16,12 @@ pub struct JointEnergy {
     pub shapes: Energy,
     /// Terms of the images, including their weights.
     pub images: Vec<SegmentationEnergy>,
+    /// Estimate of the energy above the minimum, from the last two rounds of the level: as if the decreases
+    /// of all later ones formed a geometric series with theirs. `None` before the third round, as the first one also
+    /// mends what the coarser grid left. On fourteen averages of disks, blobs, letters and bars it was .6 to 1.2 times
+    /// what a longer run won.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remaining: Option<f64>,
 }
 
 impl JointEnergy {
@@ -23,6 +29,37 @@ impl JointEnergy {
     pub fn objective(&self) -> f64 {
         self.total + self.shapes.barrier
     }
+
+    /// Returns the energy above the minimum relative to the elastic energy, or to a thousandth of the whole where that
+    /// is more: less is the strain by the noise of equal images. `None` if it was not estimated.
+    pub fn remaining_share(&self) -> Option<f64> {
+        let [elastic, ..] = self.shapes.parts;
+        Some(self.remaining? / elastic.max(LEAST_SHARE * self.total))
+    }
+}
+
+/// Least share of the energy that counts as elastic energy.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// Largest ratio of the decreases of two rounds from which their series is summed up.
+const SLOWEST: f64 = 0.99;
+
+/// What rounds would still gain after these energies, of every half of a round: `d r / (1 - r)` after a round that
+/// gained `d`, for `r` times what the one before it gained.
+pub(super) fn remaining(energies: &[f64]) -> Option<f64> {
+    let [_, _, .., first, _, second, _, last] = *energies else {
+        return None;
+    };
+    let [before, decrease] = [first - second, second - last];
+    if decrease <= 0.0 {
+        return Some(0.0);
+    }
+    let ratio = if decrease < SLOWEST * before {
+        decrease / before
+    } else {
+        SLOWEST
+    };
+    Some(decrease * ratio / (1.0 - ratio))
 }
 
 /// Convergence history of one level.

@@ -348,6 +348,7 @@ impl<const D: usize> State<D> {
             total: shapes.total + of_images,
             shapes,
             images,
+            remaining: None,
         })
     }
 

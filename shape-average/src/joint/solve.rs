@@ -1,7 +1,7 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::{Edges, JointParams};
-use super::result::{JointLevel, JointResult, edge_overlap, solid_share};
+use super::result::{JointEnergy, JointLevel, JointResult, edge_overlap, remaining, solid_share};
 use super::round::{Rounds, State};
 use crate::collect::of_first;
 use crate::error::AverageError;
@@ -135,7 +135,7 @@ fn joint_average_distributed_in<const D: usize>(
             Rounds::default()
         };
         let report = together(&distribution, observer, |observer| {
-            improve(&mut now, rounds, params, observer)
+            improve(&mut now, rounds, level + 1 == grids.len(), params, observer)
         })?;
         let cancelled = report.status == Status::Cancelled;
         levels.push(report);
@@ -202,10 +202,15 @@ fn given<const D: usize>(
     Ok(pairs.collect())
 }
 
+/// On the finest level the estimate of the remaining energy, relative to the elastic energy, is at most so many times
+/// the tolerance at the end.
+const REMAINING: f64 = 100.0;
+
 /// Performs the rounds on one level, after those that have been performed. Collective.
 fn improve<const D: usize>(
     state: &mut State<D>,
     performed: Rounds,
+    is_finest: bool,
     params: &JointParams,
     observer: &mut dyn Observer,
 ) -> Result<JointLevel, AverageError> {
@@ -221,8 +226,10 @@ fn improve<const D: usize>(
             break status;
         }
         let deformed = state.deform(params, observer)?;
-        let energy = state.evaluate(params)?.objective();
+        let mut terms = state.evaluate(params)?;
+        let energy = terms.objective();
         energies.push(energy);
+        terms.remaining = remaining(&energies);
         evaluations.gradients = 1 + state.work.steps;
         let iteration = Iteration {
             iteration: rounds,
@@ -241,6 +248,10 @@ fn improve<const D: usize>(
         }
         if let [.., before, _, last] = energies[..]
             && before - last <= params.tolerance * last
+            && (!is_finest
+                || terms
+                    .remaining_share()
+                    .is_some_and(|share| share <= REMAINING * params.tolerance))
         {
             break Status::EnergyTolerance;
         }
@@ -264,8 +275,11 @@ fn improve<const D: usize>(
         rounds,
         steps: state.work.steps,
         system_iterations: state.work.system_iterations,
+        energy: JointEnergy {
+            remaining: remaining(&energies),
+            ..state.evaluate(params)?
+        },
         energies,
-        energy: state.evaluate(params)?,
         certificate: worst_of_all(&state.grid, &state.displacements, &state.distribution),
         seconds: start.elapsed().as_secs_f64(),
     })

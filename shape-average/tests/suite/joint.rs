@@ -35,7 +35,11 @@ fn params() -> JointParams {
 }
 
 fn run(images: &[ScalarField<f64, 2>]) -> JointResult<2> {
-    let result = joint_average(images, &params(), &mut Silent).unwrap();
+    run_with(images, &params())
+}
+
+fn run_with(images: &[ScalarField<f64, 2>], params: &JointParams) -> JointResult<2> {
+    let result = joint_average(images, params, &mut Silent).unwrap();
     assert!(result.certificate.certified);
     for level in &result.levels {
         // The average is solved for to 1e-7, which enters the energy squared.
@@ -83,6 +87,30 @@ fn shifted_disks_are_brought_together() {
     // The edge of the average is where its phase field is small.
     assert!(result.average.sample([0.75, 0.5])[0] < 0.3);
     assert!(result.average.sample([0.5, 0.5])[0] > 0.8);
+}
+
+/// What a much longer run wins is what the result said that it would.
+#[test]
+fn the_remaining_energy_is_what_more_rounds_win() {
+    let grid = Grid::<2>::dyadic(5);
+    let images = [[0.2, 0.3, 0.2], [0.26, 0.2, 0.2], [0.22, 0.25, 0.0]];
+    let images =
+        images.map(|[radius, noise, shift]| disk(grid, [0.45 + shift, 0.5], radius, noise));
+    let usual = params();
+    let longer = JointParams {
+        tolerance: 1e-9,
+        max_rounds: 200,
+        ..params()
+    };
+    let [found, limit] = [&usual, &longer].map(|params| run_with(&images, params).energy());
+    assert!(limit.remaining.unwrap() < 1e-3 * found.remaining.unwrap());
+    let won = found.total - limit.total;
+    let ratio = found.remaining.unwrap() / won;
+    // Decreases of rounds are a geometric series in the end only.
+    assert!((1.0 / 3.0..3.0).contains(&ratio), "{ratio}");
+    let share = found.remaining_share().unwrap();
+    assert!(share <= 100.0 * usual.tolerance, "{share}");
+    assert!((share * found.shapes.parts[0] / found.remaining.unwrap() - 1.0).abs() < 1e-12);
 }
 
 #[test]

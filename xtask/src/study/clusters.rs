@@ -37,35 +37,35 @@ pub fn section(data: &Path) -> Outcome<Section> {
         classes.extend(first(&format!("mpeg7/{class}"), ".png", 6)?);
     }
     let mut letters = Vec::new();
-    for letter in ["A", "B", "C", "M", "O", "U", "X"] {
-        letters.extend(
-            faces
-                .iter()
-                .map(|face| face.join(letter).with_extension("png")),
-        );
+    for letter in ["A", "C", "M", "U", "X"] {
+        let of_faces = faces
+            .iter()
+            .map(|face| face.join(letter).with_extension("png"));
+        letters.extend(of_faces.filter(|file| file.is_file()).take(3));
     }
-    letters.retain(|letter| letter.is_file());
-    let mut bones = first("calcaneus", ".ply", usize::MAX)?;
-    bones.extend(first("mandible", ".stl", usize::MAX)?);
+    let mut bones = first("calcaneus", ".ply", 3)?;
+    bones.extend(first("mandible", ".stl", 3)?);
     let sets = [
         Set {
-            name: "letters of several faces",
-            typed: "data/glyphs/*/{A,B,C,M,O,U,X}.png --size equal --grid 65",
+            name: "5 letters of two faces, A of three",
+            typed: "data/glyphs/FACE/{A,C,M,U,X}.png --size equal --classes prefix --grid 65",
             files: letters,
-            options: &["--size", "equal", "--grid", "65"],
+            options: &["--size", "equal", "--classes", "prefix", "--grid", "65"],
         },
         Set {
-            name: "heel bones and half-mandibles",
-            typed: "data/{calcaneus/*.ply,mandible/*.stl} --size equal --classes folder --grid 33",
+            name: "3 heel bones and 3 half-mandibles",
+            typed: "data/{calcaneus/*.ply,mandible/*.stl} --size equal --classes folder --grid 33 -K 2",
             files: bones,
-            options: &["--size", "equal", "--classes", "folder", "--grid", "33"],
-        },
-        Set {
-            name: "MPEG-7, 5 classes of 6",
-            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
-                    --classes folder --grid 65",
-            files: classes,
-            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
+            options: &[
+                "--size",
+                "equal",
+                "--classes",
+                "folder",
+                "--grid",
+                "33",
+                "-K",
+                "2",
+            ],
         },
         Set {
             name: "cells",
@@ -78,6 +78,13 @@ pub fn section(data: &Path) -> Outcome<Section> {
             typed: "data/hippocampus/labels/*.nii.gz --grid 33",
             files: first("hippocampus/labels", ".nii.gz", 6)?,
             options: &["--grid", "33"],
+        },
+        Set {
+            name: "MPEG-7, 5 classes of 6",
+            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
+                    --classes folder --grid 65",
+            files: classes,
+            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
         },
     ];
     let mut table = Table::new([
@@ -125,8 +132,8 @@ pub fn section(data: &Path) -> Outcome<Section> {
     }
     Ok(Section {
         title: "Distances of real shapes",
-        text: "Symmetrised lengths of paths of four steps between shapes that are aligned first. \
-               Paths that do not reach their end are marked, and their distances are replaced by \
+        text: "Symmetrised lengths of paths of four steps, where nothing else is said, between \
+               shapes that are aligned first. Paths that do not reach their end are marked, and their distances are replaced by \
                those through other shapes. Clusters are those of average linkage, as many as there \
                are classes.",
         table,
@@ -138,7 +145,7 @@ fn distances(place: &Place, set: &Set) -> Outcome<Value> {
     eprintln!("{}", set.name);
     let output = "distances";
     let files: Vec<String> = set.files.iter().map(|f| f.display().to_string()).collect();
-    let mut arguments = vec!["distances", "--allow-doubtful", "-o", output, "-K", "4"];
+    let mut arguments = vec!["distances", "--allow-doubtful", "-o", output];
     arguments.extend(set.options);
     arguments.extend(files.iter().map(String::as_str));
     place.run(&arguments)?;

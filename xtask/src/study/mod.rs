@@ -52,7 +52,7 @@ sections (all where none is named):
            modes of hands beside those of their landmarks
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
-  clusters distances of real shapes (an hour)
+  clusters distances of real shapes (half an hour)
   joint    noisy images, segmented alone and jointly with their average; real images jointly
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.

@@ -204,6 +204,8 @@ fn complete(
             ..usual.segmentation
         },
         edges: found,
+        // A round counts as five iterations of an average.
+        tolerance: usual.tolerance * (config.params.tolerance / usual.average.tolerance),
         max_rounds: config.params.max_iterations,
         ..usual
     })
