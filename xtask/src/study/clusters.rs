@@ -21,21 +21,18 @@ struct Set {
     options: &'static [&'static str],
 }
 
-/// Distances, clusters and triangles.
+/// The first files of a folder with an ending.
+fn first(data: &Path, folder: &str, ending: &str, count: usize) -> Outcome<Vec<PathBuf>> {
+    let all = files(&data.join(folder), ending)?;
+    Ok(all.into_iter().take(count).collect())
+}
+
+/// Letters, bones, cells and hippocampi.
 pub fn section(data: &Path) -> Outcome<Section> {
-    let place = Place::new()?;
-    let first = |folder: &str, ending: &str, count: usize| -> Outcome<Vec<PathBuf>> {
-        let all = files(&data.join(folder), ending)?;
-        Ok(all.into_iter().take(count).collect())
-    };
     let mut faces: Vec<PathBuf> = std::fs::read_dir(data.join("glyphs"))?
         .map(|entry| Ok(entry?.path()))
         .collect::<std::io::Result<_>>()?;
     faces.sort();
-    let mut classes = Vec::new();
-    for class in ["Bone", "bat", "device7", "fish", "horse"] {
-        classes.extend(first(&format!("mpeg7/{class}"), ".png", 6)?);
-    }
     let mut letters = Vec::new();
     for letter in ["A", "C", "M", "U", "X"] {
         let of_faces = faces
@@ -43,9 +40,9 @@ pub fn section(data: &Path) -> Outcome<Section> {
             .map(|face| face.join(letter).with_extension("png"));
         letters.extend(of_faces.filter(|file| file.is_file()).take(3));
     }
-    let mut bones = first("calcaneus", ".ply", 3)?;
-    bones.extend(first("mandible", ".stl", 3)?);
-    let sets = [
+    let mut bones = first(data, "calcaneus", ".ply", 3)?;
+    bones.extend(first(data, "mandible", ".stl", 3)?);
+    measured(&[
         Set {
             name: "5 letters of two faces, A of three",
             typed: "data/glyphs/FACE/{A,C,M,U,X}.png --size equal --classes prefix --grid 65",
@@ -70,23 +67,36 @@ pub fn section(data: &Path) -> Outcome<Section> {
         Set {
             name: "cells",
             typed: "data/cells/*.png --grid 65",
-            files: first("cells", ".png", usize::MAX)?,
+            files: first(data, "cells", ".png", usize::MAX)?,
             options: &["--grid", "65"],
         },
         Set {
             name: "6 hippocampi",
             typed: "data/hippocampus/labels/*.nii.gz --grid 33",
-            files: first("hippocampus/labels", ".nii.gz", 6)?,
+            files: first(data, "hippocampus/labels", ".nii.gz", 6)?,
             options: &["--grid", "33"],
         },
-        Set {
-            name: "MPEG-7, 5 classes of 6",
-            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
-                    --classes folder --grid 65",
-            files: classes,
-            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
-        },
-    ];
+    ])
+}
+
+/// Silhouettes of five classes.
+pub fn silhouettes(data: &Path) -> Outcome<Section> {
+    let mut classes = Vec::new();
+    for class in ["Bone", "bat", "device7", "fish", "horse"] {
+        classes.extend(first(data, &format!("mpeg7/{class}"), ".png", 6)?);
+    }
+    measured(&[Set {
+        name: "MPEG-7, 5 classes of 6",
+        typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
+                --classes folder --grid 65",
+        files: classes,
+        options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
+    }])
+}
+
+/// Distances, clusters and triangles of some sets.
+fn measured(sets: &[Set]) -> Outcome<Section> {
+    let place = Place::new()?;
     let mut table = Table::new([
         "shapes",
         "command",
@@ -99,7 +109,7 @@ pub fn section(data: &Path) -> Outcome<Section> {
         "adjusted Rand",
         "seconds of paths",
     ]);
-    for set in &sets {
+    for set in sets {
         let record = distances(&place, set)?;
         let number = |key: &str| record.pointer(key).and_then(Value::as_f64);
         let share = |key: &str| {

@@ -25,7 +25,7 @@ use crate::outcome::Outcome;
 use crate::table::Table;
 
 /// The sections, in the order of the help text.
-const SECTIONS: [&str; 12] = [
+const SECTIONS: [&str; 13] = [
     "known",
     "solvers",
     "flat",
@@ -37,6 +37,7 @@ const SECTIONS: [&str; 12] = [
     "materials",
     "occlusion",
     "clusters",
+    "silhouettes",
     "joint",
 ];
 
@@ -52,7 +53,9 @@ sections (all where none is named):
            modes of hands beside those of their landmarks
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
-  clusters distances of real shapes (half an hour)
+  clusters distances of letters, bones, cells and hippocampi (half an hour)
+  silhouettes
+           distances of silhouettes of five classes (half an hour)
   joint    noisy images, segmented alone and jointly with their average; real images jointly
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
@@ -187,6 +190,7 @@ fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
         ("joint", None) => vec![joint::section()?],
         ("joint", Some(data)) => vec![joint::section()?, photographs::section(data)?],
         ("clusters", Some(data)) => vec![clusters::section(data)?],
+        ("silhouettes", Some(data)) => vec![clusters::silhouettes(data)?],
         _ => Vec::new(),
     })
 }
