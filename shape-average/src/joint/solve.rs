@@ -206,6 +206,10 @@ fn given<const D: usize>(
 /// the tolerance at the end.
 const REMAINING: f64 = 100.0;
 
+/// After so many rounds whose decreases are below the tolerance a level ends in any case: images that show
+/// different things converge slowly, and what remains is a doubt.
+const PATIENCE: usize = 8;
+
 /// Performs the rounds on one level, after those that have been performed. Collective.
 fn improve<const D: usize>(
     state: &mut State<D>,
@@ -246,13 +250,13 @@ fn improve<const D: usize>(
         if asked || deformed == Status::Cancelled {
             break Status::Cancelled;
         }
-        if let [.., before, _, last] = energies[..]
-            && before - last <= params.tolerance * last
-            && (!is_finest
-                || terms
-                    .remaining_share()
-                    .is_some_and(|share| share <= REMAINING * params.tolerance))
-        {
+        let small = |round: &&[f64]| round[0] - round[2] <= params.tolerance * round[2];
+        let latest = energies.windows(3).step_by(2).rev();
+        let quiet = latest.take_while(small).count();
+        let is_near = terms
+            .remaining_share()
+            .is_some_and(|share| share <= REMAINING * params.tolerance);
+        if quiet > 0 && (!is_finest || is_near || quiet >= PATIENCE) {
             break Status::EnergyTolerance;
         }
         if rounds == params.max_rounds {
