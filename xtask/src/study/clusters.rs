@@ -27,7 +27,7 @@ fn first(data: &Path, folder: &str, ending: &str, count: usize) -> Outcome<Vec<P
     Ok(all.into_iter().take(count).collect())
 }
 
-/// Letters, bones, cells and hippocampi.
+/// Letters and bones.
 pub fn section(data: &Path) -> Outcome<Section> {
     let mut faces: Vec<PathBuf> = std::fs::read_dir(data.join("glyphs"))?
         .map(|entry| Ok(entry?.path()))
@@ -64,6 +64,23 @@ pub fn section(data: &Path) -> Outcome<Section> {
                 "2",
             ],
         },
+    ])
+}
+
+/// Silhouettes of five classes, cells and hippocampi.
+pub fn silhouettes(data: &Path) -> Outcome<Section> {
+    let mut classes = Vec::new();
+    for class in ["Bone", "bat", "device7", "fish", "horse"] {
+        classes.extend(first(data, &format!("mpeg7/{class}"), ".png", 6)?);
+    }
+    measured(&[
+        Set {
+            name: "MPEG-7, 5 classes of 6",
+            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
+                --classes folder --grid 65",
+            files: classes,
+            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
+        },
         Set {
             name: "cells",
             typed: "data/cells/*.png --grid 65",
@@ -77,21 +94,6 @@ pub fn section(data: &Path) -> Outcome<Section> {
             options: &["--grid", "33"],
         },
     ])
-}
-
-/// Silhouettes of five classes.
-pub fn silhouettes(data: &Path) -> Outcome<Section> {
-    let mut classes = Vec::new();
-    for class in ["Bone", "bat", "device7", "fish", "horse"] {
-        classes.extend(first(data, &format!("mpeg7/{class}"), ".png", 6)?);
-    }
-    measured(&[Set {
-        name: "MPEG-7, 5 classes of 6",
-        typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
-                --classes folder --grid 65",
-        files: classes,
-        options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
-    }])
 }
 
 /// Distances, clusters and triangles of some sets.

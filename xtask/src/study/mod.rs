@@ -53,9 +53,9 @@ sections (all where none is named):
            modes of hands beside those of their landmarks
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
-  clusters distances of letters, bones, cells and hippocampi (half an hour)
+  clusters distances of letters and bones (half an hour)
   silhouettes
-           distances of silhouettes of five classes (half an hour)
+           distances of silhouettes of five classes, cells and hippocampi (half an hour)
   joint    noisy images, segmented alone and jointly with their average; real images jointly
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
