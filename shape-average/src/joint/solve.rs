@@ -1,7 +1,7 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::{Edges, JointParams};
-use super::result::{JointEnergy, JointLevel, JointResult, edge_overlap, remaining, solid_share};
+use super::result::{JointLevel, JointResult, edge_overlap, remaining, solid_share};
 use super::round::{Rounds, State};
 use crate::collect::of_first;
 use crate::error::AverageError;
@@ -225,9 +225,11 @@ fn improve<const D: usize>(
         ended,
     } = performed;
     let mut evaluations = Evaluations::default();
-    let status = loop {
+    let (status, terms) = loop {
         if let Some(status) = ended {
-            break status;
+            let mut terms = state.evaluate(params)?;
+            terms.remaining = remaining(&energies);
+            break (status, terms);
         }
         let deformed = state.deform(params, observer)?;
         let mut terms = state.evaluate(params)?;
@@ -245,10 +247,10 @@ fn improve<const D: usize>(
         };
         let asked = observer.iteration(&iteration) == Control::Cancel;
         if deformed == Status::InadmissibleStart {
-            break Status::InadmissibleStart;
+            break (Status::InadmissibleStart, terms);
         }
         if asked || deformed == Status::Cancelled {
-            break Status::Cancelled;
+            break (Status::Cancelled, terms);
         }
         let small = |round: &&[f64]| round[0] - round[2] <= params.tolerance * round[2];
         let latest = energies.windows(3).step_by(2).rev();
@@ -257,10 +259,10 @@ fn improve<const D: usize>(
             .remaining_share()
             .is_some_and(|share| share <= REMAINING * params.tolerance);
         if quiet > 0 && (!is_finest || is_near || quiet >= PATIENCE) {
-            break Status::EnergyTolerance;
+            break (Status::EnergyTolerance, terms);
         }
         if rounds == params.max_rounds {
-            break Status::MaxIterations;
+            break (Status::MaxIterations, terms);
         }
         if params.edges == Edges::Together {
             state.segment(params)?;
@@ -279,11 +281,8 @@ fn improve<const D: usize>(
         rounds,
         steps: state.work.steps,
         system_iterations: state.work.system_iterations,
-        energy: JointEnergy {
-            remaining: remaining(&energies),
-            ..state.evaluate(params)?
-        },
         energies,
+        energy: terms,
         certificate: worst_of_all(&state.grid, &state.displacements, &state.distribution),
         seconds: start.elapsed().as_secs_f64(),
     })

@@ -16,9 +16,10 @@ const LEAST_ACCURACY: f64 = 0.9;
 /// A set of shapes.
 struct Set {
     name: &'static str,
+    /// The files as they are typed, in the folder of the data.
     typed: &'static str,
     files: Vec<PathBuf>,
-    options: &'static [&'static str],
+    options: &'static str,
 }
 
 /// The first files of a folder with an ending.
@@ -45,24 +46,15 @@ pub fn section(data: &Path) -> Outcome<Section> {
     measured(&[
         Set {
             name: "5 letters of two faces, A of three",
-            typed: "data/glyphs/FACE/{A,C,M,U,X}.png --size equal --classes prefix --grid 65",
+            typed: "glyphs/FACE/{A,C,M,U,X}.png",
             files: letters,
-            options: &["--size", "equal", "--classes", "prefix", "--grid", "65"],
+            options: "--size equal --classes prefix --grid 65",
         },
         Set {
             name: "3 heel bones and 3 half-mandibles",
-            typed: "data/{calcaneus/*.ply,mandible/*.stl} --size equal --classes folder --grid 33 -K 2",
+            typed: "{calcaneus/*.ply,mandible/*.stl}",
             files: bones,
-            options: &[
-                "--size",
-                "equal",
-                "--classes",
-                "folder",
-                "--grid",
-                "33",
-                "-K",
-                "2",
-            ],
+            options: "--size equal --classes folder --grid 33 -K 2",
         },
     ])
 }
@@ -76,22 +68,21 @@ pub fn silhouettes(data: &Path) -> Outcome<Section> {
     measured(&[
         Set {
             name: "MPEG-7, 5 classes of 6",
-            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
-                --classes folder --grid 65",
+            typed: "mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png",
             files: classes,
-            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
+            options: "--size equal --classes folder --grid 65",
         },
         Set {
             name: "cells",
-            typed: "data/cells/*.png --grid 65",
+            typed: "cells/*.png",
             files: first(data, "cells", ".png", usize::MAX)?,
-            options: &["--grid", "65"],
+            options: "--grid 65",
         },
         Set {
             name: "6 hippocampi",
-            typed: "data/hippocampus/labels/*.nii.gz --grid 33",
+            typed: "hippocampus/labels/*.nii.gz",
             files: first(data, "hippocampus/labels", ".nii.gz", 6)?,
-            options: &["--grid", "33"],
+            options: "--grid 33",
         },
     ])
 }
@@ -130,7 +121,7 @@ fn measured(sets: &[Set]) -> Outcome<Section> {
         let marked = record["marked"].as_array().map_or(0, Vec::len);
         table.row([
             set.name.into(),
-            format!("`shapespace distances {}`", set.typed),
+            format!("`shapespace distances data/{} {}`", set.typed, set.options),
             format!("{} of {}", n * (n - 1) - marked, n * (n - 1)),
             number("/distances/asymmetry/mean")
                 .map_or_else(|| "–".into(), |value| format!("{:.1} %", 100.0 * value)),
@@ -145,9 +136,9 @@ fn measured(sets: &[Set]) -> Outcome<Section> {
     Ok(Section {
         title: "Distances of real shapes",
         text: "Symmetrised lengths of paths of four steps, where nothing else is said, between \
-               shapes that are aligned first. Paths that do not reach their end are marked, and their distances are replaced by \
-               those through other shapes. Clusters are those of average linkage, as many as there \
-               are classes.",
+               shapes that are aligned first. Paths that do not reach their end are marked, and \
+               their distances are replaced by those through other shapes. Clusters are those of \
+               average linkage, as many as there are classes.",
         table,
         chart: None,
     })
@@ -158,7 +149,7 @@ fn distances(place: &Place, set: &Set) -> Outcome<Value> {
     let output = "distances";
     let files: Vec<String> = set.files.iter().map(|f| f.display().to_string()).collect();
     let mut arguments = vec!["distances", "--allow-doubtful", "-o", output];
-    arguments.extend(set.options);
+    arguments.extend(set.options.split_whitespace());
     arguments.extend(files.iter().map(String::as_str));
     place.run(&arguments)?;
     let folder = place.folder.join(output);
