@@ -61,7 +61,7 @@ const PLACING: &[&str] = &[
 ];
 
 /// The options that remedies name, with the commands that have them.
-pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
+pub(crate) const OPTIONS: [(&str, &[&str]); 18] = [
     (
         "--align",
         &[
@@ -78,6 +78,7 @@ pub(crate) const OPTIONS: [(&str, &[&str]); 17] = [
     ("--box", PLACING),
     ("--classes", &["segment", "distances"]),
     ("--contrast", &["average", "segment"]),
+    ("--detours", &["distances"]),
     ("--domain", &["geodesic", "length", "distances"]),
     ("--form", &["geodesic", "length", "distances"]),
     (

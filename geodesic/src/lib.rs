@@ -114,6 +114,7 @@ mod params;
 mod result;
 mod shape;
 mod stable;
+mod through;
 mod transport;
 
 pub use fe_grid;
@@ -144,6 +145,7 @@ pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, Middle, certificate_inside};
 pub use shape::{Known, Shape};
 pub use stable::{StablePath, stable_path};
+pub use through::geodesics_through;
 pub use transport::transport_cost;
 
 /// The examples of the README are tests.

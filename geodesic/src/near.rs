@@ -2,7 +2,7 @@
 
 use crate::between::check_both;
 use crate::error::GeodesicError;
-use crate::lagrangian::lagrangian_path_near;
+use crate::lagrangian::{KnownPath, lagrangian_path_near};
 use crate::params::GeodesicParams;
 use crate::result::{Geodesic, of_domain, with_deformations};
 use crate::shape::Shape;
@@ -52,8 +52,14 @@ fn geodesic_near_in<const D: usize>(
     if let Some(middle) = &middle {
         middle.check("middle")?;
     }
-    let from = (domain, middle.as_ref(), &motions[..], level.mismatch_weight);
-    let found = lagrangian_path_near(start, end, from, params, observer)?;
+    let known = KnownPath {
+        domain,
+        middle: middle.as_ref(),
+        motions: &motions,
+        times: None,
+        mismatch_weight: level.mismatch_weight,
+    };
+    let found = lagrangian_path_near(start, end, known, params, observer)?;
     let result = of_domain(start, end, &found)?;
     Ok(Some(with_deformations(result, found)))
 }

@@ -359,9 +359,9 @@ const CRITERIA: [Criterion; 42] = [
         figure: "excess of a distance over the way through a third shape, relative to that way",
         limit: Limit::AtMost(0.05),
         reason: "Lengths of shortest paths satisfy the triangle inequality, up to the error \
-                 of a finite number of steps. No violation was available to choose the limit \
-                 by.",
-        remedy: "use more steps (-K) or a finer --grid",
+                 of a finite number of steps. Of 4060 triangles of silhouettes 22 are violated, half of \
+                 them by less than 2 %.",
+        remedy: "use more rounds of --detours, more steps (-K) or a finer --grid",
     },
     Criterion {
         cause: Cause::GroupSizes,

@@ -50,6 +50,7 @@ const HEADINGS: [(&str, &[&str]); 5] = [
             "reached",
             "retry",
             "refine",
+            "detours",
             "linkage",
             "clusters",
             "object",

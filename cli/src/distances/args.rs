@@ -101,6 +101,11 @@ pub struct DistancesConfig {
     /// finer grid takes four times the memory, in 3D eight times]
     #[arg(long, value_name = "N")]
     pub refine: Option<u32>,
+    /// Rounds in which pairs whose path does not arrive, or is longer than the way through a third shape, are
+    /// minimised again from that way: what violates the triangle inequality is not the shortest path. 0 leaves
+    /// them as they are.
+    #[arg(long, value_name = "N")]
+    pub detours: u32,
     /// Linkage: how the distance between two clusters is defined.
     #[arg(long, value_enum)]
     pub linkage: Linkage,
@@ -135,6 +140,7 @@ impl Default for DistancesConfig {
             reached: None,
             retry: None,
             refine: None,
+            detours: 2,
             linkage: Linkage::default(),
             clusters: None,
             classes: None,
@@ -298,6 +304,14 @@ impl DistancesConfig {
     pub(super) fn refinements<const D: usize>(&self, grid: &Grid<D>) -> u32 {
         let few = D == 2 && grid.n_nodes() <= REFINED_NODES;
         self.refine.unwrap_or(u32::from(few))
+    }
+
+    /// Rounds of ways through third shapes, of which the deformations are known.
+    pub(super) fn detours(&self) -> u32 {
+        match self.params.form {
+            Form::Lagrangian => self.detours,
+            Form::LevelSets => 0,
+        }
     }
 
     /// The forms of all attempts, in their order.

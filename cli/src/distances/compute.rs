@@ -15,7 +15,7 @@ use ::geodesic::Shape;
 
 use super::args::DistancesConfig;
 use super::helpers::lead;
-use super::pair::{PairRecord, Place, compute};
+use super::pair::{Detour, Key, PairRecord, Place, Way, compute, compute_through};
 use super::store::Store;
 use crate::error::CliError;
 use crate::interrupt::Interrupt;
@@ -46,18 +46,27 @@ impl<const D: usize> Task<'_, D> {
     /// # Errors
     /// The first error of a path, and those of files.
     pub fn run(&self, wanted: &[[usize; 2]]) -> Result<Option<Vec<PairRecord>>, CliError> {
+        let pairs = wanted.chunks(self.config.directions());
+        let ways: Vec<Way> = pairs.map(|pair| Way::direct(pair[0])).collect();
+        self.run_ways(&ways)
+    }
+
+    /// As [`Task::run`], for all directions of these pairs, directly or from ways through third shapes.
+    ///
+    /// # Errors
+    /// As for [`Task::run`].
+    pub fn run_ways(&self, ways: &[Way]) -> Result<Option<Vec<PairRecord>>, CliError> {
+        // Both directions of a pair are computed together.
+        let directions = self.config.directions();
+        let wanted: Vec<Key> = ways.iter().flat_map(|way| way.keys(directions)).collect();
         if !self.merge.is_empty() {
-            let taken = self.store.merge(self.merge, wanted)?;
+            let taken = self.store.merge(self.merge, &wanted)?;
             let note = format!("{taken} of {} paths are taken", wanted.len());
             self.session.progress.note(note);
         }
-        // Both directions of a pair are computed together.
-        let directions = self.config.directions();
-        let missing: Vec<[usize; 2]> = wanted
-            .chunks(directions)
-            .filter(|pair| pair.iter().any(|ids| self.store.pair(*ids).is_none()))
-            .map(|pair| pair[0])
-            .collect();
+        let stored = |(ids, through): Key| self.store.pair(ids, through);
+        let is_missing = |way: &&Way| way.keys(directions).any(|key| stored(key).is_none());
+        let missing: Vec<Way> = ways.iter().filter(is_missing).copied().collect();
         let before = wanted.len() - directions * missing.len();
         let progress_of_pairs = PairProgress::new(wanted.len(), before);
         progress_of_pairs.show(&self.session.progress);
@@ -65,8 +74,7 @@ impl<const D: usize> Task<'_, D> {
         if self.session.interrupt.asked() {
             return Ok(None);
         }
-        let records: Option<Vec<PairRecord>> =
-            wanted.iter().map(|ids| self.store.pair(*ids)).collect();
+        let records: Option<Vec<PairRecord>> = wanted.into_iter().map(stored).collect();
         match records {
             Some(records) => Ok(Some(records)),
             None => Err(CliError::Computation {
@@ -76,11 +84,7 @@ impl<const D: usize> Task<'_, D> {
         }
     }
 
-    fn compute(
-        &self,
-        missing: &[[usize; 2]],
-        progress_of_pairs: &PairProgress,
-    ) -> Result<(), CliError> {
+    fn compute(&self, missing: &[Way], progress_of_pairs: &PairProgress) -> Result<(), CliError> {
         let threads = rayon::current_num_threads();
         let asked = self.at_once.map_or(threads, |n| n as usize);
         let workers = asked.min(threads).min(missing.len());
@@ -90,10 +94,10 @@ impl<const D: usize> Task<'_, D> {
         let worker = |threads: usize| {
             let outcome = in_pool(Some(threads as u32), || {
                 while !stopped.load(Ordering::Relaxed) {
-                    let Some(ids) = missing.get(next.fetch_add(1, Ordering::Relaxed)) else {
+                    let Some(way) = missing.get(next.fetch_add(1, Ordering::Relaxed)) else {
                         break;
                     };
-                    let paths = self.pair(*ids)?;
+                    let paths = self.pair(*way)?;
                     if paths == 0 {
                         break;
                     }
@@ -138,8 +142,8 @@ impl<const D: usize> Task<'_, D> {
     }
 
     /// Computes and stores a pair, unless it is interrupted; returns the number of directions.
-    fn pair(&self, ids: [usize; 2]) -> Result<usize, CliError> {
-        let records = paths_of(self.pairs, ids, self.config, &self.session.interrupt)?;
+    fn pair(&self, way: Way) -> Result<usize, CliError> {
+        let records = paths_of(self.pairs, way, self.config, &self.session.interrupt)?;
         for record in &records {
             self.store.keep(record)?;
         }
@@ -152,15 +156,35 @@ pub(super) fn share(threads: usize, workers: usize, worker: usize) -> usize {
     threads / workers + usize::from(worker < threads % workers)
 }
 
-/// Computes the paths of a pair; none if they are interrupted. Where some fold or do not arrive, all are
+/// Computes the paths of a pair, or those from a way through a third shape; none if they are interrupted. Where some of
+/// the first fold or do not arrive, all are
 /// computed on finer grids, too: parts and gaps that the grid does not resolve are what most of these
 /// fail at. Those of a finer grid are kept where more of them arrive.
 pub(super) fn paths_of<const D: usize>(
     pairs: &Pairs<D>,
-    ids: [usize; 2],
+    Way { ids, detour }: Way,
     config: &DistancesConfig,
     interrupt: &Interrupt,
 ) -> Result<Vec<PairRecord>, CliError> {
+    if let Some(Detour {
+        through,
+        refinements,
+    }) = detour
+    {
+        let mut place = Place {
+            ids,
+            magnification: 1.0,
+            refinements,
+            through: Some(through),
+        };
+        let placed = pairs.fields_through(ids, through, refinements)?;
+        let Some((magnification, fields)) = placed else {
+            return Ok(place.records(config.directions()));
+        };
+        place.magnification = magnification;
+        let found = compute_through(place, &fields.map(Shape::new), config, interrupt)?;
+        return Ok(found.unwrap_or_default());
+    }
     let magnification = pairs.magnification(ids[0], ids[1]);
     let arrived = |records: &[PairRecord]| records.iter().filter(|r| r.arrives(config)).count();
     let mut kept: Vec<PairRecord> = Vec::new();
@@ -171,6 +195,7 @@ pub(super) fn paths_of<const D: usize>(
             ids,
             magnification,
             refinements,
+            through: None,
         };
         let Some(records) = compute(place, &shapes, config, interrupt)? else {
             return Ok(Vec::new());

@@ -1,7 +1,7 @@
 //! Pairs for other processes: the first has the list and the files, the others ask for one pair after the
 //! other, and send its paths with the next question. A process that is fast computes more of them.
 //!
-//! All messages are JSON: a [`Question`] to the first process, and the two numbers of a pair, or null
+//! All messages are JSON: a [`Question`] to the first process, and a pair ([`Way`]), or null
 //! where there are no more, back.
 
 use std::collections::VecDeque;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::args::DistancesConfig;
 use super::compute::{paths_of, share};
-use super::pair::PairRecord;
+use super::pair::{PairRecord, Way};
 use crate::error::CliError;
 use crate::pool::{in_pool, no_threads};
 use crate::session::Session;
@@ -32,8 +32,8 @@ enum Question {
     Done,
 }
 
-/// Two numbers of shapes, or no more pairs.
-type Answer = Option<[usize; 2]>;
+/// A pair, or no more of them.
+type Answer = Option<Way>;
 
 /// Hands out pairs to the other processes, and keeps what they have computed, until all have been told
 /// that there are no more, or this process is `stopped`.
@@ -106,10 +106,10 @@ pub(super) fn help<const D: usize>(
                     let question = Asked { records, reply };
                     // The main thread of this process answers as long as anybody asks.
                     let answer = ask.send(question).ok().and_then(|()| answer.recv().ok());
-                    let Some(ids) = answer.flatten() else {
+                    let Some(way) = answer.flatten() else {
                         return Ok(());
                     };
-                    records = paths_of(pairs, ids, config, &session.interrupt)?;
+                    records = paths_of(pairs, way, config, &session.interrupt)?;
                 }
             });
             if done.is_err() {
@@ -198,6 +198,7 @@ fn garbled(error: &serde_json::Error) -> CliError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distances::pair::Place;
     use fe_grid::communicator::on_threads;
     use std::sync::{Arc, Mutex};
 
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn every_pair_is_handed_out_once() {
         let kept = Mutex::new(Vec::new());
-        let handed = Mutex::new((0..10).map(|i| [i, i + 1]).collect::<Vec<_>>());
+        let handed = Mutex::new((0..10).map(|i| Way::direct([i, i + 1])).collect::<Vec<_>>());
         on_threads(3, &|communicator: Arc<dyn Communicator>| {
             if communicator.rank() == 0 {
                 let hand_out = || handed.lock().unwrap().pop();
@@ -230,16 +231,16 @@ mod tests {
                         loop {
                             let (reply, answer) = channel();
                             ask.send(Asked { records, reply }).unwrap();
-                            let Some([start, end]) = answer.recv().unwrap() else {
+                            let Some(way) = answer.recv().unwrap() else {
                                 return;
                             };
-                            records = vec![PairRecord {
-                                start,
-                                end,
+                            let place = Place {
+                                ids: way.ids,
                                 magnification: 1.0,
                                 refinements: 0,
-                                paths: Vec::new(),
-                            }];
+                                through: None,
+                            };
+                            records = place.records(1);
                         }
                     });
                 }

@@ -3,7 +3,7 @@
 //! `plan` reads and validates the inputs, `scope` says which pairs are asked for, `store` stores finished
 //! pairs for the next run, `compute` processes several pairs at a time, `helpers` those of other
 //! processes, `pair` is one of them; `shard`
-//! divides them among machines. `skip` finds out which pairs may be near, by the numbers of `surrogate`.
+//! divides them among machines. `detours` shortens paths that violate the triangle inequality. `skip` finds out which pairs may be near, by the numbers of `surrogate`.
 //! `study` computes matrices and clusters, `map` an embedding, `neighbours` the
 //! nearest neighbours, `record` and `write` write the result directory, `draw` its pictures, `summary`
 //! summarises it; `classes` determines the classes of the inputs.
@@ -15,6 +15,7 @@
 mod args;
 mod classes;
 mod compute;
+mod detours;
 mod draw;
 mod helpers;
 mod map;
@@ -46,6 +47,7 @@ use crate::summary::Summary;
 use classes::Labels;
 pub(crate) use classes::{Classes, NAMED, class_column, is_hint, table_reader};
 use compute::Task;
+use detours::{Detours, shorten};
 use helpers::{dismiss, help};
 use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};
@@ -83,6 +85,8 @@ pub(crate) struct Outcome<const D: usize> {
     records: Vec<PairRecord>,
     /// What was skipped, if far pairs are.
     skipped: Option<Skipped>,
+    /// The paths that were minimised from ways through third shapes.
+    detours: Detours,
     study: Study,
     work: Option<WorkDir>,
 }
@@ -119,6 +123,12 @@ impl DistanceStudy {
         let fields = |n: usize, grid: &Grid<D>| (size_of::<f64>() * grid.n_nodes() * n) as u64;
         // Of the first direction of a pair the steps, both kinds of deformations and the shapes are kept.
         let kept = (config.directions() - 1) * config.params.steps * (2 * D + 1);
+        // Of a way through a third shape its deformations are.
+        let through = match config.detours() {
+            0 => 0,
+            _ => 2 * config.params.steps * D,
+        };
+        let kept = kept.max(through);
         let finest = refined(grid, config.refinements(grid));
         let path = memory_estimate(&config.params, 1, &finest) + fields(kept, &finest);
         let needed = fields(n_shapes, grid) + at_once as u64 * path;
@@ -187,6 +197,12 @@ impl Command for DistanceStudy {
             let found = near_pairs(&task, &scope, share, records)?.ok_or_else(interrupted)?;
             (records, skipped) = (found.0, Some(found.1));
         }
+        let mut detours = Detours::default();
+        // A part of the pairs has no third shapes.
+        if self.shard.is_none() {
+            let found = shorten(&task, scope.n_shapes(), records)?.ok_or_else(interrupted)?;
+            (records, detours) = found;
+        }
         dismiss(&*session.processes);
         let labels = plan.labels;
         let whole = self.shard.is_none();
@@ -201,6 +217,7 @@ impl Command for DistanceStudy {
             config,
             records,
             skipped,
+            detours,
             work: Some(store.into_directory()),
         })
     }

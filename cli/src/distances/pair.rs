@@ -1,14 +1,51 @@
 //! The paths from one shape to another: their computation, storage and selection.
 
 use ::geodesic::{
-    Arrival, Form, Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_between,
-    geodesics_both_ways,
+    Arrival, Form, Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_between, geodesic_near,
+    geodesics_both_ways, geodesics_through,
 };
 use serde::{Deserialize, Serialize};
 
 use super::args::DistancesConfig;
 use crate::interrupt::Interrupt;
 use crate::report::overall;
+
+/// A pair of shapes whose paths are to be computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub(super) struct Way {
+    /// The numbers of the shapes, in the order of the first direction.
+    pub ids: [usize; 2],
+    /// The shape through which the way leads that the paths are minimised from, if they are not computed anew.
+    pub detour: Option<Detour>,
+}
+
+/// A shape between those of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub(super) struct Detour {
+    pub through: usize,
+    /// How often the spacing of the grid is halved.
+    pub refinements: u32,
+}
+
+/// Start and end of a path, and the shape through which the way leads that it was minimised from.
+pub(super) type Key = ([usize; 2], Option<usize>);
+
+impl Way {
+    /// The paths of the pair, in so many directions.
+    pub fn keys(&self, directions: usize) -> impl Iterator<Item = Key> + use<> {
+        let through = self.detour.map(|detour| detour.through);
+        let [i, j] = self.ids;
+        [[i, j], [j, i]]
+            .into_iter()
+            .take(directions)
+            .map(move |ids| (ids, through))
+    }
+
+    /// The pair itself.
+    pub fn direct(ids: [usize; 2]) -> Self {
+        Self { ids, detour: None }
+    }
+}
 
 /// The stored paths from one shape to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +58,9 @@ pub(super) struct PairRecord {
     /// How often the spacing of the grid was halved for this pair.
     #[serde(default)]
     pub refinements: u32,
+    /// The shape through which the way leads that the paths were minimised from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub through: Option<usize>,
     /// All attempts on that grid, in the order of their computation.
     pub paths: Vec<PathRecord>,
 }
@@ -69,6 +109,8 @@ pub(super) struct Place {
     pub magnification: f64,
     /// How often the spacing of the grid is halved.
     pub refinements: u32,
+    /// The number of a shape between both.
+    pub through: Option<usize>,
 }
 
 /// A usable length.
@@ -176,10 +218,82 @@ impl PairRecord {
         paths.any(|path| path.steps == steps && path.sound())
     }
 
+    /// Takes the paths of another record in a form in place of those with the same number of steps.
+    pub fn replace_by(&mut self, other: &Self, form: Form) {
+        let is_left =
+            |path: &PathRecord| path.form != form || other.path(form, path.steps).is_none();
+        self.paths.retain(is_left);
+        self.paths.splice(0..0, other.paths.iter().cloned());
+        self.through = other.through;
+        self.magnification = other.magnification;
+    }
+
     /// Paths that fold or do not reach their end.
     pub fn faulty(&self) -> impl Iterator<Item = &PathRecord> {
         self.paths.iter().filter(|path| !path.sound())
     }
+}
+
+impl Place {
+    /// Records without paths, one for every direction.
+    pub fn records(&self, directions: usize) -> Vec<PairRecord> {
+        let record = |way: usize| PairRecord {
+            start: self.ids[way],
+            end: self.ids[1 - way],
+            magnification: self.magnification,
+            refinements: self.refinements,
+            through: self.through,
+            paths: Vec::new(),
+        };
+        (0..directions).map(record).collect()
+    }
+}
+
+/// Computes the paths of a pair that make a distance from the way through a third shape, which is the second one of
+/// three. Records without paths where the way does not arrive; `None` if interrupted.
+///
+/// # Errors
+/// [`GeodesicError`] for shapes and parameters that do not fit.
+pub(super) fn compute_through<const D: usize>(
+    place: Place,
+    [first, through, second]: &[Shape<D>; 3],
+    config: &DistancesConfig,
+    interrupt: &Interrupt,
+) -> Result<Option<Vec<PairRecord>>, GeodesicError> {
+    let mut observer = interrupt.clone();
+    let mut records = place.records(config.directions());
+    let mut known: Option<[Geodesic<D>; 2]> = None;
+    for steps in config.steps() {
+        let params = GeodesicParams {
+            steps,
+            ..config.params.clone()
+        };
+        let begin = std::time::Instant::now();
+        // Those of fewer steps lie in the same valley.
+        let found = match &known {
+            None => geodesics_through(first, through, second, &params, &mut observer)?,
+            Some([there, back]) => {
+                let mut near = |a, b, path| geodesic_near(a, b, path, &params, &mut observer);
+                let there = near(first, second, there)?;
+                let back = near(second, first, back)?;
+                there.zip(back).map(|(there, back)| [there, back])
+            }
+        };
+        if interrupt.asked() {
+            return Ok(None);
+        }
+        let Some(found) = found else {
+            break;
+        };
+        let seconds = begin.elapsed().as_secs_f64() / found.len() as f64;
+        for (record, path) in records.iter_mut().zip(&found) {
+            let (form, magnification) = (config.params.form, place.magnification);
+            let path = PathRecord::new(form, path, magnification, seconds);
+            record.paths.push(path);
+        }
+        known = Some(found);
+    }
+    Ok(Some(records))
 }
 
 /// Computes all paths of a pair, in one direction or in both: those that make a distance, and the one
@@ -195,17 +309,9 @@ pub(super) fn compute<const D: usize>(
     config: &DistancesConfig,
     interrupt: &Interrupt,
 ) -> Result<Option<Vec<PairRecord>>, GeodesicError> {
-    let (ids, magnification) = (place.ids, place.magnification);
+    let magnification = place.magnification;
     let directions = config.directions();
-    let mut records: Vec<PairRecord> = (0..directions)
-        .map(|way| PairRecord {
-            start: ids[way],
-            end: ids[1 - way],
-            magnification,
-            refinements: place.refinements,
-            paths: Vec::new(),
-        })
-        .collect();
+    let mut records = place.records(directions);
     for group in [config.steps(), vec![1]] {
         for form in config.forms() {
             for &steps in &group {
@@ -296,6 +402,7 @@ mod tests {
             end: 1,
             magnification: 1.0,
             refinements: 0,
+            through: None,
             paths,
         };
         let measured = |paths, retry| {

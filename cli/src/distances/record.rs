@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::Outcome;
 use super::args::DistancesConfig;
+use super::detours::Detours;
 use super::map::{LandmarkMap, Map};
 use super::neighbours::Neighbours;
 use super::pair::{PairRecord, PathRecord};
@@ -40,6 +41,9 @@ pub(super) struct Found<'a> {
     /// What was skipped, where far pairs are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skipped: Option<&'a Skipped>,
+    /// Paths that were minimised from ways through third shapes.
+    #[serde(skip_serializing_if = "Detours::is_none")]
+    pub detours: Detours,
     /// Every requested path.
     pub paths: Vec<LengthRecord>,
     /// Attempts that fold or do not reach their end, and their replacements.
@@ -73,6 +77,9 @@ pub(super) struct LengthRecord {
     pub magnification: f64,
     /// How often the spacing of the grid was halved for the pair.
     pub refinements: u32,
+    /// The shape through which the way leads that the path was minimised from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub through: Option<usize>,
     /// `L` with the requested number of steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
@@ -182,6 +189,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         shard: outcome.shard.map(|shard| shard.to_string()),
         new_shapes: (outcome.scope.is_across()).then(|| outcome.scope.rows().len()),
         skipped: outcome.skipped.as_ref(),
+        detours: outcome.detours,
         length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),
         paths: records
             .iter()
@@ -303,6 +311,7 @@ impl LengthRecord {
             end: record.end,
             magnification: record.magnification,
             refinements: record.refinements,
+            through: record.through,
             form: measured.map(|m| m.form),
             length: measured.map(|m| m.length),
             half_length: measured.and_then(|m| m.half),

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::DistancesConfig;
-use super::pair::PairRecord;
+use super::pair::{Key, PairRecord};
 use super::scope::Scope;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
@@ -34,6 +34,7 @@ pub(super) fn fingerprint<const D: usize>(
         "against",
         "skip_far",
         "landmarks",
+        "detours",
     ] {
         fingerprint.leave_out(key);
     }
@@ -66,21 +67,17 @@ impl Store {
         Ok(Self(work))
     }
 
-    /// Takes those of these pairs that are finished in the result directories of other runs, which have
+    /// Takes those of these ways that are finished in the result directories of other runs, which have
     /// to have the same fingerprint; returns their number.
     ///
     /// # Errors
     /// Those of [`Store::keep`].
-    pub fn merge(
-        &self,
-        directories: &[PathBuf],
-        wanted: &[[usize; 2]],
-    ) -> Result<usize, OutputError> {
+    pub fn merge(&self, directories: &[PathBuf], wanted: &[Key]) -> Result<usize, OutputError> {
         let mut taken = 0;
         for directory in directories {
-            for &ids in wanted {
-                let found = read_record(&directory.join(name(ids)), ids);
-                if let Some(record) = found.filter(|_| self.pair(ids).is_none()) {
+            for &(ids, through) in wanted {
+                let found = read_record(&directory.join(name(ids, through)), ids, through);
+                if let Some(record) = found.filter(|_| self.pair(ids, through).is_none()) {
                     self.keep(&record)?;
                     taken += 1;
                 }
@@ -89,9 +86,9 @@ impl Store {
         Ok(taken)
     }
 
-    /// The pair, if it is finished.
-    pub fn pair(&self, ids: [usize; 2]) -> Option<PairRecord> {
-        read_record(&self.0.file(name(ids)), ids)
+    /// The paths from one shape to another, directly or from the way through a third one, if they are finished.
+    pub fn pair(&self, ids: [usize; 2], through: Option<usize>) -> Option<PairRecord> {
+        read_record(&self.0.file(name(ids, through)), ids, through)
     }
 
     /// Stores a finished pair.
@@ -99,12 +96,13 @@ impl Store {
     /// # Errors
     /// [`OutputError::Unwritable`].
     pub fn keep(&self, record: &PairRecord) -> Result<(), OutputError> {
-        self.0.put(name([record.start, record.end]), record)
+        let name = name([record.start, record.end], record.through);
+        self.0.put(name, record)
     }
 
     /// The error for an interruption before all requested pairs are finished.
     pub fn interrupted(&self, wanted: &[[usize; 2]]) -> CliError {
-        let finished = wanted.iter().filter(|ids| self.pair(**ids).is_some());
+        let finished = wanted.iter().filter(|ids| self.pair(**ids, None).is_some());
         CliError::Unfinished {
             done: finished.count(),
             total: wanted.len(),
@@ -124,11 +122,13 @@ impl Store {
 }
 
 /// The record of a pair in a file; none where there is no such file, or where it holds something else than was written.
-fn read_record(path: &Path, ids: [usize; 2]) -> Option<PairRecord> {
+fn read_record(path: &Path, ids: [usize; 2], through: Option<usize>) -> Option<PairRecord> {
     let record: PairRecord = unsealed(&read_text(path).ok()?)?;
-    ([record.start, record.end] == ids).then_some(record)
+    let is_it = [record.start, record.end] == ids && record.through == through;
+    is_it.then_some(record)
 }
 
-fn name([start, end]: [usize; 2]) -> PathBuf {
-    PathBuf::from(PAIRS).join(format!("{start:03}_{end:03}.json"))
+fn name([start, end]: [usize; 2], through: Option<usize>) -> PathBuf {
+    let through = through.map_or_else(String::new, |shape| format!("_through_{shape:03}"));
+    PathBuf::from(PAIRS).join(format!("{start:03}_{end:03}{through}.json"))
 }

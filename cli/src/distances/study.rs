@@ -133,7 +133,7 @@ impl Study {
 /// The lengths of paths, and the distances by them.
 pub(super) struct Evaluated {
     /// Of the paths with the requested number of steps.
-    lengths: PathLengths,
+    pub lengths: PathLengths,
     /// Of those of a single step.
     elastic: PathLengths,
     /// The distances by the first, extrapolated on request.

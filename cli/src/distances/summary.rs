@@ -209,6 +209,14 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
         let words = format!("{refined} of {all} paths, of pairs that did not arrive (--refine)");
         summary.line("finer grids", words);
     }
+    let detours = found.detours;
+    if detours.computed > 0 {
+        let words = format!(
+            "{} of {} pairs had a shorter path from the way through a third shape (--detours)",
+            detours.kept, detours.computed
+        );
+        summary.line("detours", words);
+    }
     if found.marked.is_empty() {
         return;
     }

@@ -81,6 +81,7 @@ fn write_tables<const D: usize>(
         "iterations",
         "evaluations",
         "refinements",
+        "through",
         "seconds",
     ]);
     for path in &record.body.paths {
@@ -101,6 +102,8 @@ fn write_tables<const D: usize>(
             path.iterations.to_string(),
             path.evaluations.to_string(),
             path.refinements.to_string(),
+            path.through
+                .map_or_else(String::new, |shape| names[shape].clone()),
             exact(path.seconds),
         ]);
     }

@@ -44,6 +44,8 @@ pub(crate) struct Pairs<const D: usize> {
     aligned: Vec<[usize; 2]>,
     /// Their positions.
     positions: Vec<Position<D>>,
+    /// Whether they are magnified to fill the box.
+    magnified: bool,
 }
 
 /// The position of a pair.
@@ -146,6 +148,7 @@ impl<const D: usize> Pairs<D> {
             corners: [[0.0; D]; 2],
             aligned: Vec::new(),
             positions: Vec::new(),
+            magnified: false,
         }
     }
 
@@ -234,6 +237,7 @@ impl<const D: usize> Pairs<D> {
             corners: [corner, corner_in_unit_box(&grid)],
             aligned: pairs,
             positions,
+            magnified: !matches!(domain, Domain::Spaced(..)),
         }))
     }
 
@@ -299,6 +303,79 @@ impl<const D: usize> Pairs<D> {
                 }
             }
         })
+    }
+
+    /// The motion of a shape onto another one in their pair.
+    fn motion_onto(&self, shape: usize, onto: usize) -> RigidMotion<D> {
+        match self.position(shape.min(onto), shape.max(onto)) {
+            None => RigidMotion::identity(),
+            Some(position) if position.first_moves == (shape < onto) => position.motion,
+            Some(position) => position.motion.inverse(),
+        }
+    }
+
+    /// The signed distances of a shape, of one between, and of another shape, on the grid of all pairs after so many
+    /// refinements, and the factor from the common scale to theirs. Where pairs are aligned, both shapes lie on the one between
+    /// as they do in their pairs with it, and all three are moved to the middle and magnified at most as the pair itself is.
+    /// `None` where they do not fit.
+    ///
+    /// # Errors
+    /// [`CliError`] for a shape that is lost on the grid.
+    pub fn fields_through(
+        &self,
+        [start, end]: [usize; 2],
+        between: usize,
+        refinements: u32,
+    ) -> Result<Option<(f64, [ScalarField<f64, D>; 3])>, CliError> {
+        let shapes = [start, between, end];
+        let grid = refined(&self.grid, refinements);
+        if self.aligned.is_empty() {
+            let fields: Result<Vec<_>, _> = shapes
+                .into_iter()
+                .map(|shape| match refinements {
+                    0 => Ok(self.distances[shape].clone()),
+                    _ => self.field(shape, grid, |p| p),
+                })
+                .collect();
+            return Ok(fields?.try_into().ok().map(|fields| (1.0, fields)));
+        }
+        let motions = [
+            self.motion_onto(start, between),
+            RigidMotion::identity(),
+            self.motion_onto(end, between),
+        ];
+        let [from, _] = self.corners;
+        let placed = shapes.iter().zip(&motions);
+        let placed = placed.map(|(&shape, motion)| {
+            motion.apply_to_contour(&moved(&self.inputs[shape].contour, from))
+        });
+        let placed: Vec<Contour<D>> = placed.collect();
+        let [low, high] = bounds(placed.iter().flat_map(Contour::points).copied());
+        let within = room(&grid.extent());
+        let most = self.magnification(start, end);
+        let magnification = (0..D)
+            .map(|k| (within[k][1] - within[k][0]) / (high[k] - low[k]))
+            .fold(most, f64::min);
+        if magnification < most && !self.magnified {
+            return Ok(None);
+        }
+        let position = |motion: RigidMotion<D>| Position {
+            motion,
+            first_moves: true,
+            middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
+            magnification,
+        };
+        let fields: Result<Vec<_>, _> = shapes
+            .into_iter()
+            .zip(motions.map(position))
+            .map(|(shape, position)| {
+                self.field(shape, grid, |p| position.centred(position.motion.map(p)))
+            })
+            .collect();
+        Ok(fields?
+            .try_into()
+            .ok()
+            .map(|fields| (magnification, fields)))
     }
 
     fn field(

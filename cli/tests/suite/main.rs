@@ -16,6 +16,7 @@ mod companions;
 mod compare;
 mod config;
 mod damaged_files;
+mod detours;
 mod distances;
 mod error_bars;
 mod extremes;

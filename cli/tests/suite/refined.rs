@@ -5,7 +5,7 @@ use crate::distances::measured;
 use serde_json::Value;
 
 /// A disk with limbs of these corners and widths, in units of the box, as a picture of 257 samples a side.
-fn disk_with_limbs(limbs: &[([[f64; 2]; 2], f64)]) -> Vec<u8> {
+pub fn disk_with_limbs(limbs: &[([[f64; 2]; 2], f64)]) -> Vec<u8> {
     let n = 257;
     let to_limb = |p: [f64; 2], [a, b]: [[f64; 2]; 2]| {
         let along = [b[0] - a[0], b[1] - a[1]];

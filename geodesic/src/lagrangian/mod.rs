@@ -16,5 +16,8 @@ pub use objective::PathObjective;
 pub use solve::{
     Domain, LagrangianPath, lagrangian_path, lagrangian_path_back, lagrangian_path_from,
 };
-pub(crate) use solve::{lagrangian_path_below, lagrangian_path_near, lagrangian_path_on};
+pub(crate) use solve::{
+    KnownPath, lagrangian_path_below, lagrangian_path_near, lagrangian_path_on, weight_on,
+};
 pub(crate) use stability::{OwnPath, stability};
+pub(crate) use steps::Between;

@@ -3,7 +3,7 @@
 use super::objective::PathObjective;
 use super::search::Search;
 use super::starts::refine_time;
-use super::steps::in_steps;
+use super::steps::{Between, evenly, in_steps};
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::levels::{Level, LevelReport, PathForm, PathOnLevel};
@@ -263,19 +263,40 @@ fn lagrangian_path_in<const D: usize>(
     Search::new(start, end, params).path(observer)
 }
 
-/// Minimises a path of one domain from a path of any number of steps on this grid: its domain, the shape of that where it
-/// is none of the ends, the displacements, and the weight of the mismatch that it was minimised with.
+/// A path of any number of steps, on the grid of the shapes.
+pub(crate) struct KnownPath<'a, const D: usize> {
+    pub domain: Domain,
+    /// The shape of the domain, where that is none of the ends.
+    pub middle: Option<&'a Shape<D>>,
+    /// Displacements of the deformations of the domain's shape, as those of [`LagrangianPath`].
+    pub motions: &'a [Field<f64, D, D>],
+    /// Where among these the deformations of the steps lie; at equal times by default.
+    pub times: Option<Vec<Between>>,
+    /// The weight of the mismatch that it was minimised with.
+    pub mismatch_weight: f64,
+}
+
+/// Minimises a path of one domain from a path of any number of steps.
 pub(crate) fn lagrangian_path_near<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
-    (domain, middle, motions, weight): (Domain, Option<&Shape<D>>, &[Field<f64, D, D>], f64),
+    known: KnownPath<'_, D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
     let level = level_of_shapes(start, params);
+    let KnownPath {
+        domain,
+        middle,
+        motions,
+        times,
+        mismatch_weight: weight,
+    } = known;
     let own = middle.unwrap_or(domain.order(start, end)[0]).union();
     let held = domain != Domain::Middle;
-    let x = in_steps(&own, motions, held, &on_domain(params, domain, 1.0))?;
+    let known_steps = motions.len() - usize::from(!held);
+    let times = times.unwrap_or_else(|| evenly(known_steps, params.steps, held));
+    let x = in_steps(&own, motions, &times, held, &on_domain(params, domain, 1.0))?;
     let weight = mutant!(weight, NearWeight => weight / 3.0);
     let factor = weight / (params.resolved_mismatch_weight() * weight_on(domain));
     let mut search = Search::on_one_level(start, end, params, level);
@@ -287,7 +308,7 @@ pub(crate) fn lagrangian_path_near<const D: usize>(
 
 /// The weight of a mismatch on a domain, relative to that of the single one on the domain of an end. Where both ends are
 /// matched, each lags behind by half as much with twice the weight: the length is that of a path that lags at one end.
-fn weight_on(domain: Domain) -> f64 {
+pub(crate) fn weight_on(domain: Domain) -> f64 {
     match domain {
         Domain::Start | Domain::End => 1.0,
         Domain::Middle => mutant!(2.0, MiddleWeight => 1.0),

@@ -17,6 +17,7 @@ mod minima;
 mod near;
 mod oracle;
 mod resume;
+mod through;
 mod transported;
 mod turned;
 mod units;
