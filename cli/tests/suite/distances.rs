@@ -313,6 +313,7 @@ fn paths_that_fall_short_are_marked_and_not_used() {
     // Enough iterations for the ends of the bar to become round, and too few for the disk to approach
     // the ring from inside.
     let options = ["--one-way", "--max-iterations", "20", "--domain", "start"];
+    let options = [&options[..], &["--refine", "0"]].concat();
     let results = measured(&place, &inputs, &options, "out");
     assert_eq!(results.json["status"], "incomplete");
     let marked = results.json["marked"].as_array().unwrap();
@@ -356,6 +357,8 @@ fn paths_that_fall_short_are_marked_and_not_used() {
         "3",
         "--retry",
         "level-sets",
+        "--refine",
+        "0",
     ];
     let retried = measured(&place, &inputs, &options, "retried");
     let tried = |name: &str| {
