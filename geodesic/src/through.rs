@@ -23,7 +23,8 @@ compiled_once! {
     /// ([`Domain::Middle`]). Those at steps of equal length are the start of the minimisation, in which the third shape is
     /// left: only its topology remains.
     ///
-    /// `None` for paths of level sets, for shapes of which a part is hidden, and where a part of the way does not arrive.
+    /// `None` for paths of level sets, for shapes of which a part is hidden, and where a part of the way does not arrive or
+    /// is cancelled.
     ///
     /// # Errors
     /// As for [`geodesic_between()`](crate::geodesic_between()).
@@ -63,7 +64,13 @@ fn geodesics_through_in<const D: usize>(
     for (to, length) in ends.into_iter().zip(&mut lengths) {
         let part = lagrangian_path(through, to, &outwards, observer)?;
         let last = part.levels.last();
-        if !of_domain(through, to, &part)?.end_near() {
+        // A cancelled one is on a coarser grid.
+        let is_whole = part.displacements.len() == params.steps
+            && part
+                .displacements
+                .iter()
+                .all(|u| u.grid() == through.grid());
+        if !is_whole || !of_domain(through, to, &part)?.end_near() {
             return Ok(None);
         }
         weight = last.map_or(weight, |level| weight.max(level.mismatch_weight));

@@ -1,6 +1,6 @@
 //! Paths from the way through a third shape.
 
-use fe_grid::minimise::Silent;
+use fe_grid::minimise::{Control, Iteration, Observer, Silent};
 use fe_grid::{Grid, ScalarField};
 use geodesic::{
     Domain, Form, GeodesicParams, Shape, geodesic_between, geodesics_both_ways, geodesics_through,
@@ -84,4 +84,33 @@ fn there_is_nothing_for_level_sets() {
     };
     let found = geodesics_through(&shapes[0], &shapes[1], &shapes[2], &params, &mut Silent);
     assert!(found.unwrap().is_none());
+}
+
+/// Cancels after so many iterations.
+struct Impatient(usize);
+
+impl Observer for Impatient {
+    fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
+        self.0 = self.0.saturating_sub(1);
+        if self.0 == 0 {
+            Control::Cancel
+        } else {
+            Control::Continue
+        }
+    }
+}
+
+/// In the first part, in the second one, in their sum: there is no path, or the state that was reached.
+#[test]
+fn a_way_can_be_cancelled() {
+    let shapes = [[0.2, 0.2], [0.26, 0.18], [0.32, 0.16]].map(|axes| ellipsoid(5, axes));
+    let [start, through, end] = &shapes;
+    let mut found = Vec::new();
+    for iterations in [1, 10, 60, 120, 160, usize::MAX] {
+        let observer = &mut Impatient(iterations);
+        let path = geodesics_through(start, through, end, &params(2), observer).unwrap();
+        found.push(path.is_some());
+    }
+    assert!(!found[0] && found[found.len() - 1], "{found:?}");
+    assert!(found.is_sorted(), "{found:?}");
 }
