@@ -49,7 +49,8 @@
 //! [`boundary_metric`] computes the metric itself, at one shape: the least dissipation of a normal
 //! variation, and the optimal velocity.
 //!
-//! [`distances`] computes statistics of the lengths of many paths: matrices, clusters, maps.
+//! [`distances`] computes statistics of the lengths of many paths: matrices, clusters, maps. A path that is longer than the
+//! way through a third shape is not the shortest; [`geodesics_through()`] minimises from that way.
 //!
 //! Sources: Rumpf and Wirth, *Variational Models in Shape Space and Links to Continuum Mechanics*,
 //! section 6; Wirth, Bar, Rumpf and Sapiro, *A Continuum Mechanical Approach to Geodesics in Shape
