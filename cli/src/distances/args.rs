@@ -101,9 +101,9 @@ pub struct DistancesConfig {
     /// finer grid takes four times the memory, in 3D eight times]
     #[arg(long, value_name = "N")]
     pub refine: Option<u32>,
-    /// Rounds in which pairs whose path does not arrive, or is longer than the way through a third shape, are
-    /// minimised again from that way: what violates the triangle inequality is not the shortest path. 0 leaves
-    /// them as they are.
+    /// Rounds in which pairs whose path does not arrive, or is longer than the way through a third shape, or
+    /// little shorter than one through a shape in the middle, are minimised again from that way: what violates
+    /// the triangle inequality is not the shortest path. 0 leaves them as they are.
     #[arg(long, value_name = "N")]
     pub detours: u32,
     /// Linkage: how the distance between two clusters is defined.
