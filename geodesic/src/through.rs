@@ -6,6 +6,7 @@ use crate::lagrangian::{
     Between, Domain, KnownPath, lagrangian_path, lagrangian_path_back, lagrangian_path_near,
     weight_on,
 };
+use crate::overlap::carried_overlaps;
 use crate::params::{DomainChoice, Form, GeodesicParams};
 use crate::result::{Geodesic, of_domain, with_deformations};
 use crate::shape::Shape;
@@ -70,7 +71,10 @@ fn geodesics_through_in<const D: usize>(
                 .displacements
                 .iter()
                 .all(|u| u.grid() == through.grid());
-        if !is_whole || !of_domain(through, to, &part)?.end_near() {
+        let Some(last_motion) = part.displacements.last().filter(|_| is_whole) else {
+            return Ok(None);
+        };
+        if !carried_overlaps(through, to, last_motion)?.end().near() {
             return Ok(None);
         }
         weight = last.map_or(weight, |level| weight.max(level.mismatch_weight));

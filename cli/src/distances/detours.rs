@@ -61,7 +61,7 @@ pub(super) fn shorten<const D: usize>(
             break;
         }
         task.session.progress.note(format!(
-            "detours, round {round}: {} pairs have a shorter way through another shape",
+            "detours, round {round}: {} pairs have a way through another shape that may be shorter",
             ways.len()
         ));
         let Some(other) = task.run_ways(&ways)? else {
@@ -149,7 +149,7 @@ fn rank(pair: &[PairRecord], config: &DistancesConfig) -> (usize, usize, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::distances::pair::{PathRecord, Place};
+    use crate::distances::pair::{Place, tests::path};
     use ::geodesic::{Form, GeodesicParams};
 
     const FORM: Form = Form::Lagrangian;
@@ -175,25 +175,9 @@ mod tests {
         let mut records = place.records(2);
         for (record, length) in records.iter_mut().zip(lengths) {
             for (steps, length) in [(4, length), (1, 9.0)] {
-                let arrives = length > 0.0;
-                record.paths.push(PathRecord {
-                    form: FORM,
-                    steps,
-                    length: Some(length),
-                    dissipation: None,
-                    dice_end: 1.0,
-                    gap_end: None,
-                    arrival: None,
-                    needless_contacts: 0,
-                    end_reached: arrives,
-                    end_near: arrives,
-                    certified: true,
-                    min_det: 0.5,
-                    status: "converged".into(),
-                    iterations: 1,
-                    evaluations: 1,
-                    seconds: 1.0,
-                });
+                let mut path = path(FORM, steps, length > 0.0);
+                path.length = Some(length);
+                record.paths.push(path);
             }
         }
         records

@@ -199,13 +199,13 @@ impl Command for DistanceStudy {
         }
         let mut detours = Detours::default();
         // A part of the pairs has no third shapes.
-        if self.shard.is_none() {
+        let whole = self.shard.is_none();
+        if whole {
             let found = shorten(&task, scope.n_shapes(), records)?.ok_or_else(interrupted)?;
             (records, detours) = found;
         }
         dismiss(&*session.processes);
         let labels = plan.labels;
-        let whole = self.shard.is_none();
         Ok(Outcome {
             study: Study::new(&scope, &records, &config, labels.as_ref(), whole)?,
             shard: self.shard,

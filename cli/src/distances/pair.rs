@@ -362,10 +362,10 @@ fn geodesics<const D: usize>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn path(form: Form, steps: usize, usable: bool) -> PathRecord {
+    pub fn path(form: Form, steps: usize, usable: bool) -> PathRecord {
         PathRecord {
             form,
             steps,

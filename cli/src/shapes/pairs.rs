@@ -55,13 +55,29 @@ struct Position<const D: usize> {
     motion: RigidMotion<D>,
     /// Whether it is the first one that is moved.
     first_moves: bool,
-    /// The centre of both, after that.
+    /// Where both lie after that.
+    filling: Filling<D>,
+}
+
+/// The motion of shapes that lie on each other to the middle of the box.
+#[derive(Clone, Copy, Debug)]
+struct Filling<const D: usize> {
+    /// The centre of all.
     middle: [f64; D],
-    /// The factor by which both then fill the box.
+    /// The factor by which they then fill the box.
     magnification: f64,
 }
 
-impl<const D: usize> Position<D> {
+impl<const D: usize> Filling<D> {
+    /// That of shapes between two corners which stay within these limits, magnified at most by a factor.
+    fn new([low, high]: [[f64; D]; 2], within: &[[f64; 2]; D], most: f64) -> Self {
+        let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
+        Self {
+            middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
+            magnification: (0..D).map(share).fold(most, f64::min),
+        }
+    }
+
     fn centred(&self, p: [f64; D]) -> [f64; D] {
         std::array::from_fn(|k| 0.5 + self.magnification * (p[k] - self.middle[k]))
     }
@@ -210,20 +226,18 @@ impl<const D: usize> Pairs<D> {
             let moved = motion.apply_to_contour(contours[other]);
             let both = [contours[fixed], &moved].map(Contour::points);
             let [low, high] = bounds(both.into_iter().flatten().copied());
-            let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
-            let magnification = match domain {
-                Domain::Spaced(..) => 1.0,
-                _ => (0..D).map(share).fold(f64::INFINITY, f64::min),
-            };
+            let mut filling = Filling::new([low, high], &within, f64::INFINITY);
+            if matches!(domain, Domain::Spaced(..)) {
+                filling.magnification = 1.0;
+            }
             sides = std::array::from_fn(|k| {
-                let own = magnification * (high[k] - low[k]) + 2.0 * ROOM[0];
+                let own = filling.magnification * (high[k] - low[k]) + 2.0 * ROOM[0];
                 f64::max(sides[k], own)
             });
             positions.push(Position {
                 motion,
                 first_moves,
-                middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
-                magnification,
+                filling,
             });
         }
         let grid = domain.grid(
@@ -250,7 +264,7 @@ impl<const D: usize> Pairs<D> {
     /// The factor from the common scale of all shapes to the scale of a pair.
     pub fn magnification(&self, start: usize, end: usize) -> f64 {
         let position = self.position(start.min(end), start.max(end));
-        position.map_or(1.0, |position| position.magnification)
+        position.map_or(1.0, |position| position.filling.magnification)
     }
 
     /// The signed distances of two shapes in the position of the pair, in this order, on the grid of all
@@ -294,8 +308,8 @@ impl<const D: usize> Pairs<D> {
         Ok(match self.position(i, j) {
             None => [self.field(i, grid, |p| p)?, self.field(j, grid, |p| p)?],
             Some(position) => {
-                let onto = |p| position.centred(position.motion.map(p));
-                let still = |p| position.centred(p);
+                let onto = |p| position.filling.centred(position.motion.map(p));
+                let still = |p| position.filling.centred(p);
                 if position.first_moves {
                     [self.field(i, grid, onto)?, self.field(j, grid, still)?]
                 } else {
@@ -350,32 +364,19 @@ impl<const D: usize> Pairs<D> {
             motion.apply_to_contour(&moved(&self.inputs[shape].contour, from))
         });
         let placed: Vec<Contour<D>> = placed.collect();
-        let [low, high] = bounds(placed.iter().flat_map(Contour::points).copied());
-        let within = room(&grid.extent());
+        let corners = bounds(placed.iter().flat_map(Contour::points).copied());
         let most = self.magnification(start, end);
-        let magnification = (0..D)
-            .map(|k| (within[k][1] - within[k][0]) / (high[k] - low[k]))
-            .fold(most, f64::min);
-        if magnification < most && !self.magnified {
+        let filling = Filling::new(corners, &room(&grid.extent()), most);
+        if filling.magnification < most && !self.magnified {
             return Ok(None);
         }
-        let position = |motion: RigidMotion<D>| Position {
-            motion,
-            first_moves: true,
-            middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
-            magnification,
-        };
         let fields: Result<Vec<_>, _> = shapes
             .into_iter()
-            .zip(motions.map(position))
-            .map(|(shape, position)| {
-                self.field(shape, grid, |p| position.centred(position.motion.map(p)))
-            })
+            .zip(&motions)
+            .map(|(shape, motion)| self.field(shape, grid, |p| filling.centred(motion.map(p))))
             .collect();
-        Ok(fields?
-            .try_into()
-            .ok()
-            .map(|fields| (magnification, fields)))
+        let fields = fields?.try_into().ok();
+        Ok(fields.map(|fields| (filling.magnification, fields)))
     }
 
     fn field(
