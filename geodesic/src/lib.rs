@@ -21,7 +21,7 @@
 //!   matched. In the increments of the path its Hessian is block diagonal up to the mismatch of
 //!   their sum, and is inverted by two multigrid cycles; few iterations are needed on every grid.
 //!   The topology is that of the start shape. On coarse grids paths are minimised from the identity,
-//!   from a rotation of the shape where that makes it overlap much more with the other one, and
+//!   from rotations of the shape after which it looks more like the other one (and is not given up on the coarsest grid), and
 //!   from the optimal transport of one shape's volume to the other's, which finds the parts that correspond
 //!   where they lie apart; if none of these paths reaches its end, from a viscous flow, too. A path that does not
 //!   reach its end on all grids, or tears and joins parts that the shapes have in common, is also computed as deformations

@@ -4,10 +4,13 @@
 //! some 45 degrees; where the other shape lies upside down, they end in a deformation that bends the shape the short way.
 //! Rotations that cover all others are tried by the overlap with the other shape on a coarse grid, and the best one is
 //! improved by small ones.
+//!
+//! Shapes of different outlines overlap little in any pose: a C on its back and a U are bent alike, but one is round and the
+//! other is not. Where paths may begin is told by their overlap with blurred boundaries ([`Turn::several`]).
 
 use crate::continued::Continued;
 use crate::measures::Moments;
-use crate::rigid_motion::{RigidMotion, covering_rotations, plane_rotation};
+use crate::rigid_motion::{RigidMotion, angle_between, covering_rotations, plane_rotation};
 use fe_grid::ScalarField;
 use nalgebra::{SMatrix, SVector};
 
@@ -17,6 +20,12 @@ const MEASURED_CELLS: [usize; 2] = [24, 16];
 const FITTING: f64 = 0.05;
 /// A rotation is tried whose mismatch is at most this share of that without one.
 const CLEARLY_LESS: f64 = 0.7;
+/// Width of a blurred boundary, relative to the side of a cube of the shape's volume.
+const BLUR: f64 = 0.7;
+/// Rotations in a list have at most this multiple of the blurred mismatch without one, and at least this angle between them,
+/// in radians.
+const SIMILAR: f64 = 1.1;
+const APART: f64 = 0.6;
 /// The first of the small rotations, and how often the angle is halved: from eleven degrees to a sixth of one.
 const FIRST_ANGLE: f64 = 0.2;
 const HALVINGS: usize = 6;
@@ -30,47 +39,62 @@ pub struct Turn<const D: usize> {
 }
 
 impl<const D: usize> Turn<D> {
-    /// The one after which a shape overlaps much more with another one than after the translation alone, if there is
-    /// one. Both are given by their signed distances (positive inside), on any grids of one box.
-    pub fn between(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
-        Self::best(from, to).filter(Self::clearly_better)
-    }
-
     /// The one after which a shape overlaps most with another one; that by no angle where it fits so. The larger shape is
-    /// scaled to the volume of the smaller one for this. `None` for shapes without an inside.
+    /// scaled to the volume of the smaller one for this. Both are given by their signed distances (positive inside), on any
+    /// grids of one box. `None` for shapes without an inside.
     pub fn best(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>) -> Option<Self> {
-        let most_cells = MEASURED_CELLS[usize::from(D == 3)];
-        let grid = &from.grid().thinned(most_cells).ok()?;
-        let [own, other] = [from, to].map(|shape| shape.on_grid(grid));
-        let moments = |u| Moments::of_density(&shares(u)).ok();
-        let [from, to] = [moments(&own)?, moments(&other)?];
-        let [centre, moved] = [from.centroid, to.centroid];
-        // The ratio of their lengths.
-        let ratio = (to.volume / from.volume).powf(1.0 / D as f64);
-        let own = shrunk(own, centre, ratio);
-        let other = shares(&shrunk(other, moved, 1.0 / ratio));
-        let about = |rotation: SMatrix<f64, D, D>| {
-            let translation = moved - rotation * centre;
-            RigidMotion::from_parts(rotation, translation)
-        };
-        let judged = |rotation| mismatch(&shares(&about(rotation).apply(&own)), &other);
-        let as_it_is = judged(SMatrix::identity());
+        let fit = Fit::new(from, to, None)?;
+        let as_it_is = fit.mismatch(&SMatrix::identity());
         let mut best = (as_it_is, SMatrix::identity());
         if as_it_is > FITTING {
             for rotation in covering_rotations() {
-                let mismatch = judged(rotation);
+                let mismatch = fit.mismatch(&rotation);
                 if mismatch < best.0 {
                     best = (mismatch, rotation);
                 }
             }
-            best = improved(best, &judged);
+            best = fit.improved(best);
         }
-        let (mismatch, rotation) = best;
-        Some(Self {
-            motion: about(rotation),
-            centre: centre.into(),
-            mismatches: [as_it_is, mismatch],
-        })
+        Some(fit.turn(best, as_it_is))
+    }
+
+    /// The rotations, at most `most`, after which a shape looks more like another one than after others nearby, the best
+    /// first: by the overlap with blurred boundaries, which tells how parts lie also where outlines differ. They are by more
+    /// than half a radian apart from each other and from none; none are much worse than none. Shapes that fit as they are
+    /// have none.
+    pub fn several(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>, most: usize) -> Vec<Self> {
+        let Some(fit) = Fit::new(from, to, Some(BLUR)) else {
+            return Vec::new();
+        };
+        let as_it_is = fit.mismatch(&SMatrix::identity());
+        if as_it_is <= FITTING {
+            return Vec::new();
+        }
+        let all = covering_rotations().into_iter();
+        let mut all: Vec<_> = all.map(|r| (fit.mismatch(&r), r)).collect();
+        all.retain(|(mismatch, _)| *mismatch <= SIMILAR * as_it_is);
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut known, mut list) = (vec![SMatrix::identity()], Vec::new());
+        for tried in all {
+            let is_known = |rotation: &SMatrix<f64, D, D>| {
+                known
+                    .iter()
+                    .any(|other| angle_between(other, rotation) < APART)
+            };
+            if list.len() == most {
+                break;
+            }
+            if is_known(&tried.1) {
+                continue;
+            }
+            let best = fit.improved(tried);
+            // On the slope of another minimum.
+            if !is_known(&best.1) {
+                list.push(fit.turn(best, as_it_is));
+            }
+            known.extend([tried.1, best.1]);
+        }
+        list
     }
 
     /// Whether the shapes overlap much more after it than after the translation alone.
@@ -84,7 +108,7 @@ impl<const D: usize> Turn<D> {
         &self.motion
     }
 
-    /// The volume in which both shapes differ, relative to that of their union, at equal volumes and on a coarse grid: with
+    /// The volume in which both shapes (with blurred boundaries for one of several) differ, relative to that of their union, at equal volumes and on a coarse grid: with
     /// the centres in one place, and after the rotation.
     pub fn mismatches(&self) -> [f64; 2] {
         self.mismatches
@@ -96,27 +120,84 @@ impl<const D: usize> Turn<D> {
     }
 }
 
-/// A rotation of less mismatch nearby.
-fn improved<const D: usize>(
-    (mut least, mut best): (f64, SMatrix<f64, D, D>),
-    mismatch: &dyn Fn(SMatrix<f64, D, D>) -> f64,
-) -> (f64, SMatrix<f64, D, D>) {
-    let mut angle = FIRST_ANGLE;
-    for _ in 0..=HALVINGS {
-        for to in 1..D {
-            for from in 0..to {
-                for angle in [angle, -angle] {
-                    let rotation = plane_rotation(from, to, angle) * best;
-                    let found = mismatch(rotation);
-                    if found < least {
-                        (least, best) = (found, rotation);
+/// Two shapes of one volume on a coarse grid, of which the first is turned onto the second.
+struct Fit<const D: usize> {
+    own: ScalarField<f64, D>,
+    /// Indicator of the other one.
+    other: ScalarField<f64, D>,
+    centres: [SVector<f64, D>; 2],
+    /// Width of the boundaries.
+    width: f64,
+}
+
+impl<const D: usize> Fit<D> {
+    /// Both are given by their signed distances. Boundaries are as wide as a cell, or have a width relative to the side of a
+    /// cube of the smaller volume.
+    fn new(
+        from: &ScalarField<f64, D>,
+        to: &ScalarField<f64, D>,
+        blur: Option<f64>,
+    ) -> Option<Self> {
+        let most_cells = MEASURED_CELLS[usize::from(D == 3)];
+        let grid = &from.grid().thinned(most_cells).ok()?;
+        let [own, other] = [from, to].map(|shape| shape.on_grid(grid));
+        let moments = |u| Moments::of_density(&indicator(u, grid.spacing())).ok();
+        let [from, to] = [moments(&own)?, moments(&other)?];
+        let side = from.volume.min(to.volume).powf(1.0 / D as f64);
+        // The ratio of their lengths.
+        let ratio = (to.volume / from.volume).powf(1.0 / D as f64);
+        let width = blur.map_or(grid.spacing(), |blur| blur * side);
+        let other = shrunk(other, to.centroid, 1.0 / ratio);
+        Some(Self {
+            own: shrunk(own, from.centroid, ratio),
+            other: indicator(&other, width),
+            centres: [from.centroid, to.centroid],
+            width,
+        })
+    }
+
+    /// The rotation with the translation of the shape's centre to that of the other one.
+    fn motion(&self, rotation: &SMatrix<f64, D, D>) -> RigidMotion<D> {
+        let [centre, moved] = self.centres;
+        RigidMotion::from_parts(*rotation, moved - rotation * centre)
+    }
+
+    fn mismatch(&self, rotation: &SMatrix<f64, D, D>) -> f64 {
+        let turned = self.motion(rotation).apply(&self.own);
+        mismatch(&indicator(&turned, self.width), &self.other)
+    }
+
+    /// A rotation of less mismatch nearby.
+    fn improved(
+        &self,
+        (mut least, mut best): (f64, SMatrix<f64, D, D>),
+    ) -> (f64, SMatrix<f64, D, D>) {
+        let mut angle = FIRST_ANGLE;
+        for _ in 0..=HALVINGS {
+            for to in 1..D {
+                for from in 0..to {
+                    for angle in [angle, -angle] {
+                        let rotation = plane_rotation(from, to, angle) * best;
+                        let found = self.mismatch(&rotation);
+                        if found < least {
+                            (least, best) = (found, rotation);
+                        }
                     }
                 }
             }
+            angle *= 0.5;
         }
-        angle *= 0.5;
+        (least, best)
     }
-    (least, best)
+
+    /// A rotation with its mismatch, and that without one.
+    fn turn(&self, (mismatch, rotation): (f64, SMatrix<f64, D, D>), as_it_is: f64) -> Turn<D> {
+        Turn {
+            motion: self.motion(&rotation),
+            centre: self.centres[0].into(),
+            mismatches: [as_it_is, mismatch],
+        }
+    }
 }
 
 /// A shape scaled about its centre by a ratio below one, from its signed distance; as it is for other ratios.
@@ -135,7 +216,7 @@ fn shrunk<const D: usize>(
     })
 }
 
-/// The volume of the symmetric difference of two shapes, relative to that of their union, from their shares of cells.
+/// The volume of the symmetric difference of two shapes, relative to that of their union, from their indicators.
 fn mismatch<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) -> f64 {
     let (mut apart, mut together) = (0.0, 0.0);
     for (a, b) in a.as_slice().iter().zip(b.as_slice()) {
@@ -145,20 +226,24 @@ fn mismatch<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) ->
     apart / together
 }
 
-/// About the shares of the cells around the nodes that lie in a shape, from its signed distances.
-fn shares<const D: usize>(distance: &ScalarField<f64, D>) -> ScalarField<f64, D> {
-    let (grid, mut shares) = (distance.grid(), distance.clone());
-    for share in shares.as_mut_slice() {
-        *share = (0.5 + *share / grid.spacing()).clamp(0.0, 1.0);
+/// One inside of a shape and zero outside, with a boundary of some width, from its signed distance. With that of a cell, it
+/// is about the share of the cell around a node that lies inside.
+fn indicator<const D: usize>(distance: &ScalarField<f64, D>, width: f64) -> ScalarField<f64, D> {
+    let mut indicator = distance.clone();
+    for value in indicator.as_mut_slice() {
+        *value = (0.5 + *value / width).clamp(0.0, 1.0);
     }
-    shares
+    indicator
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rigid_motion::angle_between;
     use fe_grid::Grid;
+
+    fn between(from: &ScalarField<f64, 3>, to: &ScalarField<f64, 3>) -> Option<Turn<3>> {
+        Turn::best(from, to).filter(Turn::clearly_better)
+    }
 
     /// A bracket, which no rotation maps to itself, is found in every position.
     #[test]
@@ -180,9 +265,19 @@ mod tests {
         for rotation in [tilted, half_turn, plane_rotation(1, 2, 0.4)] {
             let right = RigidMotion::from_parts(rotation, middle - rotation * middle);
             let end = ScalarField::from_fn(grid, |x| [bracket(right.map_back(x))]);
-            let turn = Turn::between(&start, &end).unwrap();
+            let turn = between(&start, &end).unwrap();
             let apart = angle_between(turn.motion.rotation(), &rotation);
             assert!(apart < 0.05, "{rotation}: {apart}");
+            // Small ones are no others than none.
+            let several = Turn::several(&start, &end, 3);
+            let first = several
+                .first()
+                .map(|turn| angle_between(turn.motion.rotation(), &rotation));
+            assert_eq!(first.is_none(), turn.motion.angle() < APART);
+            assert!(
+                first.is_none_or(|apart| apart < 0.05),
+                "{rotation}: {first:?}"
+            );
             for share in [0.5, 1.0] {
                 let half = turn.part(share).angle() - share * turn.motion.angle();
                 assert!(half.abs() < 1e-9);
@@ -195,13 +290,14 @@ mod tests {
                 assert!((0..3).all(|k| (to[k] - found[k]).abs() < 0.4 * grid.spacing()));
             }
         }
-        assert!(Turn::between(&start, &start).is_none());
+        assert!(between(&start, &start).is_none());
+        assert!(Turn::several(&start, &start, 3).is_empty());
         // Sizes do not hide a rotation.
         let right = RigidMotion::from_parts(half_turn, middle - half_turn * middle);
         for scale in [0.75, 1.2] {
             let small = |x: [f64; 3]| bracket(x.map(|x| 0.5 + (x - 0.5) / scale));
             let end = ScalarField::from_fn(grid, |x| [scale * small(right.map_back(x))]);
-            let turn = Turn::between(&start, &end).unwrap();
+            let turn = between(&start, &end).unwrap();
             assert!(angle_between(turn.motion.rotation(), &half_turn) < 0.1);
         }
     }

@@ -6,20 +6,25 @@ use serde_json::Value;
 
 /// A disk with limbs of these corners and widths, in units of the box, as a picture of 257 samples a side.
 pub fn disk_with_limbs(limbs: &[([[f64; 2]; 2], f64)]) -> Vec<u8> {
+    let disk = ([[0.5; 2]; 2], 0.3);
+    figure_of_limbs(&[&[disk], limbs].concat())
+}
+
+/// A figure of segments with their widths.
+pub fn figure_of_limbs(limbs: &[([[f64; 2]; 2], f64)]) -> Vec<u8> {
     let n = 257;
     let to_limb = |p: [f64; 2], [a, b]: [[f64; 2]; 2]| {
         let along = [b[0] - a[0], b[1] - a[1]];
         let offset = [p[0] - a[0], p[1] - a[1]];
         let length = along[0].hypot(along[1]);
-        let t = (offset[0] * along[0] + offset[1] * along[1]) / length.powi(2);
+        // A disk has no length.
+        let t = (offset[0] * along[0] + offset[1] * along[1]) / length.max(1e-9).powi(2);
         let t = t.clamp(0.0, 1.0);
         (offset[0] - t * along[0]).hypot(offset[1] - t * along[1])
     };
     let inside = |p: [f64; 2]| {
-        let disk = (p[0] - 0.5).hypot(p[1] - 0.5) < 0.15;
-        disk || limbs
-            .iter()
-            .any(|(ends, width)| to_limb(p, *ends) < width / 2.0)
+        let mut limbs = limbs.iter();
+        limbs.any(|(ends, width)| to_limb(p, *ends) < width / 2.0)
     };
     let at = |k: usize| [(k % n) as f64, (k / n) as f64].map(|x| x / (n - 1) as f64);
     let values: Vec<f64> = (0..n * n).map(|k| f64::from(inside(at(k)))).collect();
@@ -31,16 +36,18 @@ pub fn disk_with_limbs(limbs: &[([[f64; 2]; 2], f64)]) -> Vec<u8> {
 fn pairs_that_do_not_arrive_are_computed_on_a_finer_grid() {
     let place = Place::new();
     let first = [
-        ([[0.5, 0.5], [0.13, 0.5]], 0.02),
-        ([[0.13, 0.5], [0.04, 0.68]], 0.06),
-        ([[0.5, 0.5], [0.75, 0.62]], 0.1),
-        ([[0.75, 0.62], [0.89, 0.76]], 0.03),
+        ([[0.5, 0.5], [0.2, 0.36]], 0.1),
+        ([[0.2, 0.36], [0.04, 0.45]], 0.02),
+        ([[0.5, 0.5], [0.12, 0.56]], 0.1),
+        ([[0.12, 0.56], [0.04, 0.56]], 0.06),
+        ([[0.5, 0.5], [0.57, 0.88]], 0.03),
+        ([[0.57, 0.88], [0.58, 0.96]], 0.02),
     ];
     let second = [
-        ([[0.5, 0.5], [0.12, 0.47]], 0.04),
-        ([[0.12, 0.47], [0.04, 0.64]], 0.05),
-        ([[0.5, 0.5], [0.33, 0.19]], 0.09),
-        ([[0.33, 0.19], [0.26, 0.04]], 0.06),
+        ([[0.5, 0.5], [0.75, 0.19]], 0.02),
+        ([[0.75, 0.19], [0.93, 0.19]], 0.02),
+        ([[0.5, 0.5], [0.88, 0.58]], 0.025),
+        ([[0.88, 0.58], [0.92, 0.75]], 0.03),
     ];
     place.write("first.npy", &disk_with_limbs(&first));
     place.write("second.npy", &disk_with_limbs(&second));

@@ -20,6 +20,13 @@ const SAME_VALLEY: f64 = 0.02;
 const NEAR_TARGETS: f64 = 3.0;
 /// Least overlap there with a shape of which a part is hidden.
 const OVERLAP_OF_VISIBLE: f64 = 0.8;
+/// Most rotations of the shape as a whole to begin with.
+const TURNS: usize = 3;
+/// The path from one is continued to finer grids if its energy on the coarsest is at most this multiple of the least there.
+const PROMISING_TURN: f64 = 1.15;
+/// It is taken if its energy is less than these multiples of that of the best other one: on the last coarse grid, where what
+/// tells paths in different valleys apart by less than a tenth is often the grid, and on the next one.
+const CLEARLY_LESS: [f64; 2] = [0.9, 0.95];
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
@@ -47,11 +54,28 @@ impl<const D: usize> Candidate<D> {
         (self.end.reached(), self.end.near())
     }
 
+    /// Whether it gets further than another path, or has less than this multiple of its energy.
+    fn is_better(&self, other: &Self, share: f64) -> bool {
+        let order = self.rank().cmp(&other.rank());
+        let least = share * other.path.total;
+        order.then(least.total_cmp(&self.path.total)).is_gt()
+    }
+
     /// The better one of two paths: the one that gets further, or else has less energy.
     fn or(self, other: Self) -> Self {
-        let order = other.rank().cmp(&self.rank());
-        let order = order.then(self.path.total.total_cmp(&other.path.total));
-        if order.is_gt() { other } else { self }
+        if other.is_better(&self, 1.0) {
+            other
+        } else {
+            self
+        }
+    }
+}
+
+/// A level as it is for paths of which one is chosen, or that are starts of others.
+fn coarsely<const D: usize>(level: &Level<D>) -> Level<D> {
+    Level {
+        tolerance: ROUND_TOLERANCE * level.tolerance,
+        ..*level
     }
 }
 
@@ -155,7 +179,10 @@ impl<'a, const D: usize> Search<'a, D> {
                 found = found.or(self.start_at_identity(domain, observer)?);
             }
         }
-        found = self.or_turned(found, observer)?;
+        let mut as_it_is = None;
+        if let Some(turned) = self.turned_path(&found, observer)? {
+            as_it_is = Some(std::mem::replace(&mut found, turned));
+        }
         if let Some(towards) = self.path_to_targets(observer)? {
             found = self.or_from_targets(found, towards, observer)?;
         }
@@ -165,6 +192,9 @@ impl<'a, const D: usize> Search<'a, D> {
                     found = found.or(other);
                 }
             }
+        }
+        if let Some(other) = as_it_is {
+            found = self.better_on_next(found, other, observer)?;
         }
         self.finish(found, observer)
     }
@@ -243,30 +273,69 @@ impl<'a, const D: usize> Search<'a, D> {
         let other = self.minimise(domain, path, &[level], 1.0, observer)?;
         // From the identity, paths are smooth from the beginning; from elsewhere in the same valley, they need more
         // iterations.
-        let least = (1.0 - SAME_VALLEY) * found.path.total;
-        let order = other.rank().cmp(&found.rank());
-        let order = order.then(least.total_cmp(&other.path.total));
-        Ok(if order.is_gt() { other } else { found })
+        let better = other.is_better(&found, 1.0 - SAME_VALLEY);
+        Ok(if better { other } else { found })
     }
 
-    /// The better one of the best path so far and that from a rotation of the shape as a whole, where the other end
-    /// looks turned.
-    fn or_turned(
+    /// The best path from a rotation of the shape as a whole after which it looks more like the other end than after others
+    /// nearby, if it is clearly better than the best path so far. Most are given up on the coarsest grid.
+    fn turned_path(
+        &mut self,
+        found: &Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let domain = found.domain;
+        let [from, to] = domain.order(self.start, self.end);
+        if self.ended() || from.hidden() || to.hidden() {
+            return Ok(None);
+        }
+        let mut turned: Option<Candidate<D>> = None;
+        let turns = Turn::several(&from.union(), &to.union(), TURNS);
+        let (coarsest, others) = self.coarse.split_at(time_schedule(self.params.steps).len());
+        let (first, others) = (coarsest[coarsest.len() - 1], others.to_vec());
+        let known = self.least_on(&first);
+        for turn in turns {
+            if self.ended() {
+                break;
+            }
+            let start = PathOnLevel::new(first, along_turn(&turn, first.grid, first.steps));
+            let other = self.minimise(domain, start, &[first], 1.0, observer)?;
+            if other.path.total > PROMISING_TURN * known {
+                continue;
+            }
+            let other = self.minimise(domain, other.path, &others, 1.0, observer)?;
+            turned = Some(match turned {
+                Some(turned) => turned.or(other),
+                None => other,
+            });
+        }
+        Ok(turned.filter(|turned| turned.is_better(found, CLEARLY_LESS[0])))
+    }
+
+    /// The first one of two paths, if it is clearly better on the next finer grid, too, and else the other one.
+    fn better_on_next(
         &mut self,
         found: Candidate<D>,
+        other: Candidate<D>,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<D>, GeodesicError> {
-        let level = self.coarse[self.coarse.len() - 1];
-        let [from, to] = found.domain.order(self.start, self.end);
-        if self.ended() || from.hidden() || to.hidden() {
-            return Ok(found);
-        }
-        let Some(turn) = Turn::between(&from.union(), &to.union()) else {
+        let Some(next) = self.fine.first().map(coarsely).filter(|_| !self.ended()) else {
             return Ok(found);
         };
-        let start = PathOnLevel::new(level, along_turn(&turn, level.grid, level.steps));
-        let other = self.minimise(found.domain, start, &[level], 1.0, observer)?;
-        Ok(found.or(other))
+        let mut on_next = |path: Candidate<D>| {
+            self.minimise(path.domain, path.path, &[next], 1.0, &mut *observer)
+        };
+        let [found, other] = [on_next(found)?, on_next(other)?];
+        let better = self.ended() || found.is_better(&other, CLEARLY_LESS[1]);
+        Ok(if better { found } else { other })
+    }
+
+    /// The least energy of a path that was minimised on a level.
+    fn least_on(&self, level: &Level<D>) -> f64 {
+        let nodes = level.grid.nodes_per_axis();
+        let same = |report: &&LevelReport| report.nodes == nodes && report.steps == level.steps;
+        let energies = self.reports.iter().filter(same).map(|r| r.energy.total);
+        energies.fold(f64::INFINITY, f64::min)
     }
 
     /// The minimal path on the last of the coarse levels from a path of level sets, on the domain of the shape in its
@@ -335,10 +404,6 @@ impl<'a, const D: usize> Search<'a, D> {
             return Ok(Err(self.reports));
         };
         let levels = std::mem::take(&mut self.fine);
-        let coarsely = |level: &Level<D>| Level {
-            tolerance: ROUND_TOLERANCE * level.tolerance,
-            ..*level
-        };
         let first: Vec<_> = levels.iter().map(coarsely).collect();
         let mut found = self.minimise(Domain::Middle, found.path, &first, 1.0, observer)?;
         if self.ended() || !found.end.reached() {
@@ -386,14 +451,16 @@ impl<'a, const D: usize> Search<'a, D> {
         observer: &mut dyn Observer,
     ) -> Result<LagrangianPath<D>, GeodesicError> {
         let (first, level) = (factor, found.path.level);
-        let coarsely = Level {
-            tolerance: ROUND_TOLERANCE * level.tolerance,
-            ..level
-        };
         while factor < LARGEST_FACTOR && !found.end.reached() && !self.ended() {
             let gap = found.end.gap;
             factor *= GROWTH;
-            found = self.minimise(found.domain, found.path, &[coarsely], factor, observer)?;
+            found = self.minimise(
+                found.domain,
+                found.path,
+                &[coarsely(&level)],
+                factor,
+                observer,
+            )?;
             if found.end.gap > LEAST_PROGRESS * gap {
                 break;
             }

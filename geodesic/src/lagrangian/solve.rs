@@ -64,8 +64,8 @@ compiled_once! {
     /// inside) on one grid.
     ///
     /// The same path can be described on the domain of either shape. Both are minimised on coarse
-    /// grids from the identity, and the better one also from a rotation of the shape where that makes it overlap much more
-    /// with the other one. Another start is the path whose last deformation is attracted to the targets of the
+    /// grids from the identity, and the better one also from rotations of the shape after which it looks more like
+    /// the other one. Another start is the path whose last deformation is attracted to the targets of the
     /// optimal transport of the shape's volume to that of the other one, on the domain on which it has less energy; if
     /// none reaches the other end, a viscous flow is one more start of both domains. What reaches the other end, or else
     /// has the least energy, is continued to the finest grid. If a part of one shape is hidden, the path is computed on the
