@@ -108,8 +108,8 @@ impl<const D: usize> Turn<D> {
         &self.motion
     }
 
-    /// The volume in which both shapes (with blurred boundaries for one of several) differ, relative to that of their union, at equal volumes and on a coarse grid: with
-    /// the centres in one place, and after the rotation.
+    /// The volume in which both shapes differ, relative to that of their union, at equal volumes and on a coarse grid: with
+    /// the centres in one place, and after the rotation. Boundaries are blurred for one of several.
     pub fn mismatches(&self) -> [f64; 2] {
         self.mismatches
     }
