@@ -18,7 +18,7 @@ use nalgebra::{SMatrix, SVector};
 const MEASURED_CELLS: [usize; 2] = [24, 16];
 /// Shapes with at most this mismatch fit each other as they are.
 const FITTING: f64 = 0.05;
-/// A rotation is tried whose mismatch is at most this share of that without one.
+/// A rotation is clearly better if its mismatch is at most this share of that without one.
 const CLEARLY_LESS: f64 = 0.7;
 /// Width of a blurred boundary, relative to the side of a cube of the shape's volume.
 const BLUR: f64 = 0.7;

@@ -76,8 +76,8 @@ fn letters_are_turned() {
     }
 }
 
-/// A round C and an angular U overlap less when their openings point in one direction than as they stand: only blurred they
-/// are alike. The path that bends one into the other without a rotation is .38 long.
+/// A round C and an angular U overlap little in any pose: blurred they are alike. The path that bends one into the other
+/// without a rotation is .38 long.
 #[test]
 fn shapes_of_different_outlines_are_turned() {
     let ring = |x: [f64; 2]| {
