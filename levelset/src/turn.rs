@@ -60,10 +60,12 @@ impl<const D: usize> Turn<D> {
 
     /// The rotations, at most `most`, after which a shape looks more like another one than after others nearby, the best
     /// first: by the overlap with blurred boundaries, which tells how parts lie also where outlines differ. They are by more
-    /// than half a radian apart from each other and from none; none are much worse than none. Shapes that fit as they are
-    /// have none.
+    /// than half a radian apart from each other and from none; none are much worse than none, and none differ from another
+    /// by a rotation that maps one of the shapes to itself. Shapes that fit as they are have none.
     pub fn several(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>, most: usize) -> Vec<Self> {
-        let Some(fit) = Fit::new(from, to, Some(BLUR)) else {
+        let fit = Fit::new(from, to, Some(BLUR));
+        let onto_itself = [from, to].map(|shape| Fit::new(shape, shape, None));
+        let (Some(fit), [Some(first), Some(second)]) = (fit, onto_itself) else {
             return Vec::new();
         };
         let as_it_is = fit.mismatch(&SMatrix::identity());
@@ -75,6 +77,7 @@ impl<const D: usize> Turn<D> {
         all.retain(|(mismatch, _)| *mismatch <= SIMILAR * as_it_is);
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (mut known, mut list) = (vec![SMatrix::identity()], Vec::new());
+        let mut listed = known.clone();
         for tried in all {
             let is_known = |rotation: &SMatrix<f64, D, D>| {
                 known
@@ -88,9 +91,18 @@ impl<const D: usize> Turn<D> {
                 continue;
             }
             let best = fit.improved(tried);
-            // On the slope of another minimum.
-            if !is_known(&best.1) {
+            let is_the_same = |other: &SMatrix<f64, D, D>| {
+                let back = other.transpose();
+                let apart = [
+                    first.mismatch(&(back * best.1)),
+                    second.mismatch(&(best.1 * back)),
+                ];
+                apart.iter().any(|mismatch| *mismatch <= FITTING)
+            };
+            // On the slope of another minimum, or the same but for a symmetry.
+            if !is_known(&best.1) && !listed.iter().any(is_the_same) {
                 list.push(fit.turn(best, as_it_is));
+                listed.push(best.1);
             }
             known.extend([tried.1, best.1]);
         }
@@ -243,6 +255,36 @@ mod tests {
 
     fn between(from: &ScalarField<f64, 3>, to: &ScalarField<f64, 3>) -> Option<Turn<3>> {
         Turn::best(from, to).filter(Turn::clearly_better)
+    }
+
+    /// Rotations that map one of the shapes to itself lead to no other pose: every one for a ball, half a turn for a bar.
+    #[test]
+    fn symmetries_are_no_other_poses() {
+        let grid = Grid::<2>::cube(33);
+        let cuboid = |x: [f64; 2], low: [f64; 2], high: [f64; 2]| {
+            let outside = (0..2).map(|k| (low[k] - x[k]).max(x[k] - high[k]));
+            -outside.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let bracket = ScalarField::from_fn(grid, |x| {
+            [cuboid(x, [0.3, 0.3], [0.75, 0.45]).max(cuboid(x, [0.3, 0.3], [0.45, 0.8]))]
+        });
+        let bar = ScalarField::from_fn(grid, |x| [cuboid(x, [0.2, 0.42], [0.8, 0.58])]);
+        let disk = ScalarField::from_fn(grid, |[x, y]| [0.25 - (x - 0.5).hypot(y - 0.5)]);
+        for ends in [[&disk, &bracket], [&bracket, &disk], [&bar, &disk]] {
+            assert!(Turn::several(ends[0], ends[1], 3).is_empty());
+        }
+        for ends in [[&bar, &bracket], [&bracket, &bar]] {
+            let list = Turn::several(ends[0], ends[1], 3);
+            assert!(!list.is_empty());
+            let mut known = vec![SMatrix::identity()];
+            for turn in list {
+                for other in &known {
+                    let apart = angle_between(other, turn.motion.rotation());
+                    assert!(apart < 0.9 * std::f64::consts::PI, "{apart}");
+                }
+                known.push(*turn.motion.rotation());
+            }
+        }
     }
 
     /// A bracket, which no rotation maps to itself, is found in every position.

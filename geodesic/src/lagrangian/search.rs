@@ -11,8 +11,9 @@ use crate::transport::{Targets, transport};
 use fe_grid::minimise::{Observer, Status};
 use levelset::Turn;
 
-/// Factor of the tolerance on all levels but the finest: their paths are starts only.
+/// Factor of the tolerance on all levels but the finest, and the least tolerance there: their paths are starts only.
 const COARSE_TOLERANCE: f64 = 20.0;
+const LEAST_COARSE_TOLERANCE: f64 = 2e-3;
 /// Paths whose energies on a coarse grid differ by less than this share are in the same valley.
 const SAME_VALLEY: f64 = 0.02;
 /// Largest 95th percentile of the distances of both boundaries, in cells, where a path to targets ends near the other
@@ -96,23 +97,28 @@ impl<'a, const D: usize> Search<'a, D> {
     pub fn new(start: &'a Shape<D>, end: &'a Shape<D>, params: &'a GeodesicParams) -> Self {
         let grids = start.grid().hierarchy(params.coarsest_nodes);
         let schedule = time_schedule(params.steps);
+        let tolerance = COARSE_TOLERANCE.max(LEAST_COARSE_TOLERANCE / params.tolerance);
         let level = |grid, steps| Level {
             grid,
             steps,
-            tolerance: COARSE_TOLERANCE,
+            tolerance,
         };
         let mut coarse: Vec<_> = schedule.iter().map(|&k| level(grids[0], k)).collect();
         coarse.extend(grids[1..].iter().map(|&grid| level(grid, params.steps)));
-        if let Some(finest) = coarse.last_mut() {
-            finest.tolerance = 1.0;
-        }
+        let finest = Level {
+            tolerance: 1.0,
+            ..coarse[coarse.len() - 1]
+        };
         // Both domains are tried up to the first grid that resolves shapes well enough, but not on the finest one unless
         // it is the only one.
         let tried = grids[..grids.len() - 1]
             .iter()
             .position(|grid| most_nodes(grid) >= params.flow_nodes)
             .unwrap_or(grids.len().saturating_sub(2));
-        let fine = coarse.split_off(schedule.len() + tried);
+        let mut fine = coarse.split_off(schedule.len() + tried);
+        // Where there is one grid only, both are tried on it, roughly.
+        fine.pop();
+        fine.push(finest);
         Self {
             start,
             end,

@@ -351,3 +351,28 @@ proptest! {
         prop_assert!(energies[0].length().powi(2) <= energies[0].dissipation() * (1.0 + 1e-12));
     }
 }
+
+/// Paths on coarse grids are starts only: a closer minimum is asked for on the finest grid, or of the last of all paths
+/// where there is one grid only.
+#[test]
+fn tolerances_below_the_default_are_for_the_finest_grid() {
+    for level in [4, 5] {
+        let start = ellipse(level, [0.25, 0.18], 0.0, [0.5, 0.5]);
+        let end = ellipse(level, [0.3, 0.16], 0.5, [0.5, 0.5]);
+        let found = [1e-4, 1e-9].map(|tolerance| {
+            let params = GeodesicParams {
+                tolerance,
+                ..params(Form::Lagrangian, 2)
+            };
+            run(&start, &end, &params)
+        });
+        let [(usual, before), (close, same)] = found.each_ref().map(|path| {
+            let energies = path.levels.iter().map(|level| level.energy.total);
+            let mut energies: Vec<_> = energies.collect();
+            (energies.pop().unwrap(), energies)
+        });
+        assert_eq!(before, same);
+        // By more than the tolerance of the usual one, as it is relative to five iterations.
+        assert!(close < usual && usual < 1.01 * close, "{usual} {close}");
+    }
+}
