@@ -69,6 +69,18 @@ impl Arrival {
         doubts.into_iter().flatten().collect()
     }
 
+    /// Returns the doubt about the Dice overlap of an end whose boundaries have this mean distance, in spacings. The
+    /// resolution of the grid explains a low one only if nothing was left out of that distance: slits and films have a volume.
+    pub fn doubt_of_overlap(found: Option<Self>, dice: f64, mean_distance: f64) -> Option<Doubt> {
+        let layers = found.map_or(0.0, |found| found.slits + found.films);
+        let distance = if layers > 0.0 {
+            f64::INFINITY
+        } else {
+            mean_distance
+        };
+        Doubt::overlap(Cause::PathEnd, dice, distance)
+    }
+
     /// The worse of those at both ends of a path.
     pub(crate) fn and(self, other: Self) -> Self {
         Self {

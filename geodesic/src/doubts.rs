@@ -1,5 +1,6 @@
 //! The doubts about paths.
 
+use crate::arrival::Arrival;
 use crate::calculus::Extension;
 use crate::params::GeodesicParams;
 use crate::result::Geodesic;
@@ -20,7 +21,7 @@ impl<const D: usize> Geodesic<D> {
         let doubts = [
             Doubt::check(Cause::NotConverged, ended),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
-            Doubt::overlap(Cause::PathEnd, self.dice_end, self.gap_end),
+            Arrival::doubt_of_overlap(self.arrival, self.dice_end, self.gap_end),
             Doubt::check(Cause::Topology, self.other_topology as f64),
             Doubt::check(Cause::NeedlessContacts, self.needless_contacts as f64),
             Doubt::check(Cause::OutsideBox, self.outside),

@@ -1,12 +1,13 @@
 //! The length and dissipation of a given path: a sequence of shapes.
 
-use crate::between::geodesic_between;
+use crate::between::{geodesic_between, geodesic_from};
 use crate::error::GeodesicError;
+use crate::level_sets::compose;
 use crate::params::GeodesicParams;
 use crate::result::Geodesic;
 use crate::shape::Shape;
 use fe_grid::minimise::{Observer, Status};
-use fe_grid::{Certificate, compiled_once};
+use fe_grid::{Certificate, Field, compiled_once};
 use levelset::Doubt;
 
 /// A path through given shapes, with a geodesic between every two consecutive ones.
@@ -64,6 +65,42 @@ impl<const D: usize> GivenPath<D> {
             }
         }
         Ok(Self { pieces })
+    }
+
+    /// Computes the geodesic between the ends of the path in whose valley the path lies, of as many steps, on the domain
+    /// of the start: its deformations `psi_1, ..., psi_N`, those of all pieces one after the other, are what the
+    /// minimisation begins with. `None` for pieces without deformations, as of level sets.
+    ///
+    /// # Errors
+    /// Those of [`geodesic_from`].
+    pub fn shortened(
+        &self,
+        start: &Shape<D>,
+        end: &Shape<D>,
+        params: &GeodesicParams,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Geodesic<D>>, GeodesicError> {
+        let grid = start.grid();
+        let mut all: Vec<Field<f64, D, D>> = Vec::new();
+        let mut before = Field::zeros(*grid);
+        for piece in &self.pieces {
+            let Some(last) = piece.motions.last() else {
+                return Ok(None);
+            };
+            if last.grid() != grid {
+                return Ok(None);
+            }
+            let after =
+                |motion: &Field<f64, D, D>| compose(grid, &[before.clone(), motion.clone()]);
+            let motions: Vec<_> = piece.motions.iter().map(after).collect();
+            before = motions[motions.len() - 1].clone();
+            all.extend(motions);
+        }
+        let params = GeodesicParams {
+            steps: all.len(),
+            ..params.clone()
+        };
+        geodesic_from(start, end, &all, &params, observer).map(Some)
     }
 
     /// Returns the energies `W_1, ..., W_N` of all steps.

@@ -33,7 +33,7 @@ impl End {
     /// Returns whether the path arrives at the end shape, but for its smallest parts: the figures are
     /// within the limits of [`Cause::PathEnd`] and [`Cause::PathBoundary`].
     pub fn reached(&self) -> bool {
-        let overlap = Doubt::overlap(Cause::PathEnd, self.dice, self.gap);
+        let overlap = Arrival::doubt_of_overlap(self.arrival, self.dice, self.gap);
         let boundary = self
             .arrival
             .and_then(|found| Doubt::check(Cause::PathBoundary, found.percentile_95));

@@ -73,8 +73,12 @@ pub enum Cause {
     Ambiguous,
     /// The length of another minimal path above that of the shortest.
     AmbiguousPath,
+    /// The length of a given path relative to that of the geodesic between its ends.
+    ShorterPath,
     /// The overlap of the edges of an image with those of the average that are carried to it.
     EdgeOverlap,
+    /// The share of the edges of an average that no edge of an image is carried to.
+    UnmatchedEdges,
     /// The share of the edges of an image that are no lines.
     SolidEdges,
     /// How much images differ after they were deformed, relative to before.
@@ -128,7 +132,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 42] = [
+const CRITERIA: [Criterion; 44] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -421,12 +425,29 @@ const CRITERIA: [Criterion; 42] = [
         remedy: "report both paths, or decide between them: align the shapes by what corresponds",
     },
     Criterion {
+        cause: Cause::ShorterPath,
+        figure: "length of the given path relative to that of the geodesic between its ends",
+        limit: Limit::AtLeast(0.95),
+        reason: "A geodesic is a shortest path, and lengths are known to some per cent. A given path that is clearly \
+                 shorter shows that the minimisation from the coarse grid and that from the given path have both ended in other minima.",
+        remedy: "take the length of the given path for the distance, or try --starts 6",
+    },
+    Criterion {
         cause: Cause::EdgeOverlap,
         figure: "Dice overlap of the edges of an image with those of the average at its place",
         limit: Limit::AtLeast(0.96),
         reason: "Edges count where the phase field is below one half, some spacings around a line. Those of disks, \
                  faces, chests and slices of brains reach .97 to 1, a face and a letter that are averaged .92 to .95.",
         remedy: "leave the image out, use a larger --mismatch-weight, or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::UnmatchedEdges,
+        figure: "share of the edges of the average that lie more than a spacing from all that an image has there",
+        limit: Limit::AtMost(0.01),
+        reason: "An edge of the average that an image does not have is squeezed in it to a hair, which the overlap \
+                 of the edges in the image hardly shows. Disks, slices of brains and drawings of one thing have none; an L \
+                 and a disk .03 to .1, one disk and two .03 to .05, an L and a ring .02.",
+        remedy: "leave images out that show other things",
     },
     Criterion {
         cause: Cause::SolidEdges,

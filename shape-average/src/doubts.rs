@@ -64,7 +64,7 @@ impl<const D: usize> AverageResult<D> {
 impl<const D: usize> JointResult<D> {
     /// Returns the doubts about a joint average that was computed with these parameters of the
     /// average: levels that did not converge, an estimate of the remaining energy above its limit, a determinant
-    /// at its lower bound, images whose edges are not those of the average, and images that differ more after
+    /// at its lower bound, images whose edges are not those of the average or that lack some of these, and images that differ more after
     /// they were deformed.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let statuses = self.levels.iter().map(|level| level.status);
@@ -84,6 +84,7 @@ impl<const D: usize> JointResult<D> {
         };
         let of_images = [
             of_images(Cause::EdgeOverlap, &self.edge_overlaps),
+            of_images(Cause::UnmatchedEdges, &self.unmatched_shares),
             of_images(Cause::SolidEdges, &self.solid_shares),
         ];
         doubts

@@ -250,7 +250,7 @@ fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<DoubtR
         let path = mark.path;
         let gap = path.gap_end.unwrap_or(f64::INFINITY);
         let own = [
-            Doubt::overlap(Cause::PathEnd, path.dice_end, gap),
+            Arrival::doubt_of_overlap(path.arrival, path.dice_end, gap),
             Doubt::below(Cause::Determinant, path.min_det, 0.0),
         ];
         let arrival = path.arrival.map(|found| found.doubts());

@@ -8,7 +8,7 @@ mod record;
 
 use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between, memory_estimate};
 use fe_grid::{Grid, ScalarField};
-use levelset::Doubt;
+use levelset::{Cause, Doubt};
 
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
@@ -28,6 +28,12 @@ pub use args::LengthConfig;
 
 /// The name of the pictures of the given path.
 const STEM: &str = "path";
+
+/// The doubt about a geodesic that is longer than the given path between its ends.
+fn is_shorter<const D: usize>(given: &GivenPath<D>, geodesic: &Geodesic<D>) -> Option<Doubt> {
+    let ratio = given.length() / geodesic.length();
+    Doubt::check(Cause::ShorterPath, ratio).filter(|_| ratio.is_finite())
+}
 
 /// Inputs that are read, placed and validated.
 pub(crate) struct LengthPlan<const D: usize> {
@@ -97,8 +103,21 @@ impl Command for LengthConfig {
                 steps: given.step_energies().len(),
                 ..params.clone()
             };
-            let path = geodesic_between(first, last, &params, &mut watch)?;
+            let mut path = geodesic_between(first, last, &params, &mut watch)?;
+            // A shorter path than the geodesic leads to another minimum.
+            if is_shorter(&given, &path).is_some() && !session.interrupt.asked() {
+                session
+                    .progress
+                    .stage("computing the geodesic from the given path");
+                let other = given.shortened(first, last, &params, &mut watch)?;
+                let better =
+                    |other: &Geodesic<D>| other.end_reached() && other.length() < path.length();
+                if let Some(other) = other.filter(better) {
+                    path = other;
+                }
+            }
             doubts.extend(path.doubts(&params));
+            doubts.extend(is_shorter(&given, &path));
             shortest = Some(path);
         }
         watch.finish();

@@ -138,3 +138,32 @@ fn shapes_that_leave_the_box_are_doubtful() {
     assert!((outside(reach) / share - 1.0).abs() < 0.05);
     assert_eq!(outside(0.4), 0.0);
 }
+
+/// A path that is known to be short is the start of another minimisation, of which the end is no longer.
+#[test]
+fn the_geodesic_in_the_valley_of_a_path_is_no_longer() {
+    let shapes: Vec<_> = (0..=4)
+        .map(|k| ellipse([0.3, 0.14], 0.55 * f64::from(k)))
+        .collect();
+    let params = params(1);
+    let film = given(&shapes, 1);
+    let found = film.shortened(&shapes[0], &shapes[4], &params, &mut Silent);
+    let found = found.unwrap().unwrap();
+    assert!(found.end_reached(), "{}", found.dice_end);
+    assert_eq!(found.energy.step_energies.len(), 4);
+    // By 126 degrees: rotations cost nothing but for the grid, of which one has errors in every piece.
+    assert!(
+        found.length() < 1.05 * film.length(),
+        "{} {}",
+        found.length(),
+        film.length()
+    );
+    assert!(
+        found
+            .rotation_degrees
+            .is_some_and(|angle| (angle - 126.0).abs() < 8.0)
+    );
+    let level_sets = GivenPath::<2> { pieces: Vec::new() };
+    let none = level_sets.shortened(&shapes[0], &shapes[4], &params, &mut Silent);
+    assert!(none.is_err());
+}

@@ -3,7 +3,7 @@
 use crate::energy::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
-use levelset::signed_distance;
+use levelset::{LevelsetError, signed_distance};
 use phasefield::segmentation::SegmentationEnergy;
 use serde::Serialize;
 
@@ -111,6 +111,9 @@ pub struct JointResult<const D: usize> {
     /// For every image the Dice overlap of its edges with those of the average that its deformation carries to it:
     /// of the nodes where `v_i` and `v o phi_i` are below one half.
     pub edge_overlaps: Vec<f64>,
+    /// For every image the share of the average's edges that it lacks: of the nodes with `v < 1/2` that its deformation
+    /// reaches, those that are farther than a spacing from where `v_i o phi_i^-1` is below one half.
+    pub unmatched_shares: Vec<f64>,
     /// For every image the share of its edges that is thicker than two lines beside each other: nodes with `v_i < 1/2`
     /// that are farther than `4 eps ln 2` from the others.
     pub solid_shares: Vec<f64>,
@@ -172,6 +175,33 @@ pub(super) fn solid_share<const D: usize>(
     let deep = 2.0 * 2.0 * interface_width * std::f64::consts::LN_2;
     let count = |least: f64| depth.as_slice().iter().filter(|d| **d > least).count();
     count(deep) as f64 / count(0.0).max(1) as f64
+}
+
+/// The share of the nodes with `v < 1/2`, of those that are reached, from which it is farther than a spacing to where a
+/// phase field that was pushed forward is below one half.
+pub(super) fn unmatched_share<const D: usize>(
+    average: &ScalarField<f64, D>,
+    mut pushed: ScalarField<f64, D>,
+    reached: impl Fn(usize) -> bool,
+) -> f64 {
+    let spacing = average.grid().spacing();
+    for v in pushed.as_mut_slice() {
+        *v = 0.5 - *v;
+    }
+    let depth = match signed_distance(&pushed, 0.0) {
+        Ok(depth) => depth,
+        // No edges, or nothing else.
+        Err(LevelsetError::FullObject { .. }) => return 0.0,
+        Err(_) => return 1.0,
+    };
+    let (mut edges, mut unmatched) = (0.0f64, 0.0);
+    for (node, (v, depth)) in average.as_slice().iter().zip(depth.as_slice()).enumerate() {
+        if *v < 0.5 && reached(node) {
+            edges += 1.0;
+            unmatched += f64::from(u8::from(*depth < -spacing));
+        }
+    }
+    unmatched / edges.max(1.0)
 }
 
 /// The Dice overlap of the nodes where two phase fields are below one half; 0 for fields without edges, of which

@@ -1,7 +1,9 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::{Edges, JointParams};
-use super::result::{JointLevel, JointResult, edge_overlap, remaining, solid_share};
+use super::result::{
+    JointLevel, JointResult, edge_overlap, remaining, solid_share, unmatched_share,
+};
 use super::round::{Rounds, State};
 use crate::collect::of_first;
 use crate::error::AverageError;
@@ -326,11 +328,16 @@ fn finish<const D: usize>(
         .map(|u| Field::from_vec(grid, u.to_vec()))
         .collect();
     let (images, displacements) = (images?, displacements?);
+    let (average, phase_fields) = (field(&average)?, phase_fields?);
     let mut sum = ScalarField::<f64, D>::zeros(grid);
     let mut reached = vec![0.0; n];
     let mut pushed = Vec::with_capacity(images.len());
-    for (image, displacement) in images.iter().zip(&displacements) {
+    let mut unmatched_shares = Vec::with_capacity(images.len());
+    for (i, (image, displacement)) in images.iter().zip(&displacements).enumerate() {
         let inverse = InverseDeformation::new(displacement);
+        let edges = inverse.push_forward(&phase_fields[i], 1.0);
+        let is_reached = |node| inverse.position(node).is_some();
+        unmatched_shares.push(unmatched_share(&average, edges, is_reached));
         let seen = inverse.push_forward(image, 0.0);
         for node in 0..n {
             if inverse.position(node).is_some() {
@@ -343,7 +350,6 @@ fn finish<const D: usize>(
     for (sum, reached) in sum.as_mut_slice().iter_mut().zip(&reached) {
         *sum /= f64::max(*reached, 1.0);
     }
-    let (average, phase_fields) = (field(&average)?, phase_fields?);
     let carried = displacements.iter().map(|u| average.compose(u.as_slice()));
     let pairs = carried.zip(&phase_fields);
     let edge_overlaps = pairs
@@ -361,6 +367,7 @@ fn finish<const D: usize>(
         solid_shares: phase_fields.iter().map(solid).collect(),
         phase_fields,
         edge_overlaps,
+        unmatched_shares,
         pushed,
         certificate: worst_certificate(&grid, &x),
         displacements,

@@ -263,6 +263,13 @@ fn no_edges_and_solid_ones_are_doubtful() {
     // Noise far below the contrast that counts as an edge.
     let flat = [0.3, 0.4].map(|seed| disk(grid, [seed, 0.5], -1.0, 0.2));
     assert_eq!(doubts(&flat), [Cause::EdgeOverlap; 2]);
+    // Edges that one image has alone are squeezed to a hair in the other one.
+    let [left, right] = [0.3, 0.7].map(|x| disk(grid, [x, 0.5], 0.14, 0.0));
+    let both = left.as_slice().iter().zip(right.as_slice());
+    let both = both.map(|(a, b)| a.max(*b)).collect();
+    let two = ScalarField::from_vec(grid, both).unwrap();
+    let found = doubts(&[two, disk(grid, [0.5; 2], 0.3, 0.0)]);
+    assert!(found.contains(&Cause::UnmatchedEdges), "{found:?}");
     // Stripes of two spacings.
     let texture = [0.24, 0.26].map(|radius| {
         let stripes = Field::from_fn(grid, |x: [f64; 2]| {
