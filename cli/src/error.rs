@@ -467,7 +467,7 @@ impl CliError {
                  from 1e-12 to 1e12"
             }
             Self::LostOnGrid { .. } => {
-                "ask for a finer grid with --grid, or crop the image to the object"
+                "ask for a finer grid with --grid, or use --size equal where inputs have pixels of different sizes"
             }
             Self::Shape { .. } => "check the mask: the object must be a region brighter than 1/2",
             Self::Damaged { .. } => {

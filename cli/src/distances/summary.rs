@@ -126,6 +126,9 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_,
         (None, Some(_)) => "from all new to all stored shapes".into(),
     };
     summary.line("distances", range);
+    if let Some(unit) = record.body.length_unit {
+        summary.line("", format!("in units of the inputs times {unit:.4e}"));
+    }
     if let Some(skipped) = record.body.skipped {
         describe_skipped(summary, skipped, record.parameters.listed_neighbours());
     }

@@ -127,6 +127,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
             length * length
         ),
     );
+    if let Some(length) = found.length_input_units {
+        summary.line("", format!("length {length:.4e} in units of the inputs"));
+    }
     let dice = path.dice_end;
     summary.line(
         "end",

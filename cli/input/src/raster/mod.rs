@@ -48,7 +48,8 @@ pub(crate) enum Numbers {
 }
 
 /// Reads a picture: its transparency where that varies, else its grey value, else the numbers of its
-/// colours where these are stored.
+/// colours where these are stored. Grey images, and masks in black and white, keep what is drawn in them, before their
+/// median grey or black where they are transparent.
 pub(crate) fn decode(
     bytes: &[u8],
     path: &Path,
@@ -72,7 +73,13 @@ pub(crate) fn decode(
         let values = Values::new(values::Numbers::U8(numbers));
         return Ok(samples(values, picture.size, Meaning::Labels));
     }
+    let drawn = match &picture.numbers {
+        Numbers::Bytes(numbers) => drawn(numbers, channels, 255, colours),
+        Numbers::Words(numbers) => drawn(numbers, channels, u16::MAX, colours),
+    };
     let (mut values, full) = match &picture.numbers {
+        Numbers::Bytes(_) if drawn.is_some() => (drawn.map(values::Numbers::F64), 255.0),
+        Numbers::Words(_) if drawn.is_some() => (drawn.map(values::Numbers::F64), 65535.0),
         Numbers::Bytes(numbers) => {
             let values = one_channel(numbers, channels, 255);
             (values.map(values::Numbers::U8), 255.0)
@@ -235,6 +242,56 @@ pub(crate) fn one_channel<T: Copy + Default + PartialOrd + Into<f64>>(
     Some(pixels().map(value).collect())
 }
 
+/// The luminance of a picture, if its transparency varies and it is not only cut out: a grey image whose opaque pixels
+/// differ, before their median, which makes no edge where there is none; or a mask whose opaque pixels are black and
+/// white, before black.
+fn drawn<T: Copy + PartialEq + Default + Into<f64>>(
+    data: &[T],
+    channels: usize,
+    full: T,
+    colours: Colours,
+) -> Option<Vec<f64>> {
+    if !transparency_varies(data, channels) {
+        return None;
+    }
+    let value = |p: &[T]| match *p {
+        [grey, _] => grey.into(),
+        [r, g, b, _] => luminance([r.into(), g.into(), b.into()]),
+        _ => 0.0,
+    };
+    let mut opaque = data
+        .chunks_exact(channels)
+        .filter(|p| p[channels - 1] == full)
+        .map(|p| &p[..channels - 1]);
+    let first = opaque.clone().next()?;
+    let is_drawn = match colours {
+        Colours::Luminance => opaque.any(|p| p != first),
+        Colours::Refused => {
+            let [black, white] = [T::default(), full]
+                .map(|level| opaque.clone().any(|p| p.iter().all(|x| *x == level)));
+            black && white && opaque.all(|p| p.iter().all(|x| [T::default(), full].contains(x)))
+        }
+    };
+    if !is_drawn {
+        return None;
+    }
+    let pixels = || data.chunks_exact(channels);
+    let behind = match colours {
+        Colours::Refused => 0.0,
+        Colours::Luminance => {
+            let seen = pixels().filter(|p| p[channels - 1] == full);
+            let mut seen: Vec<f64> = seen.map(value).collect();
+            let middle = seen.len() / 2;
+            *seen.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
+    };
+    let over = |p: &[T]| {
+        let opacity = p[channels - 1].into() / full.into();
+        opacity * value(p) + (1.0 - opacity) * behind
+    };
+    Some(pixels().map(over).collect())
+}
+
 /// Whether there is transparency, and not the same everywhere.
 fn transparency_varies<T: Copy + PartialEq>(data: &[T], channels: usize) -> bool {
     if !matches!(channels, 2 | 4) {
@@ -341,6 +398,24 @@ mod tests {
         assert_eq!(one_channel(&cut_out, 4, 255).unwrap(), [0, 255]);
         let opaque = [0u8, 255, 255, 255];
         assert_eq!(one_channel(&opaque, 2, 255).unwrap(), [0, 255]);
+    }
+
+    /// What is drawn in a picture is not lost where it has a transparent margin, too.
+    #[test]
+    fn what_is_drawn_before_a_transparent_margin_is_kept() {
+        let drawing = [255u8, 255, 0, 255, 255, 0];
+        let found = drawn(&drawing, 2, 255, Colours::Refused).unwrap();
+        assert_eq!(found, [255.0, 0.0, 0.0]);
+        let grey = [80u8, 255, 20, 255, 40, 255, 255, 0, 80, 51];
+        let found = drawn(&grey, 2, 255, Colours::Luminance).unwrap();
+        assert_eq!(found, [80.0, 20.0, 40.0, 40.0, 48.0]);
+        // A mask of what is cut out, of whatever colours; and of one that is all that is seen.
+        assert!(drawn(&grey, 2, 255, Colours::Refused).is_none());
+        for colours in [Colours::Refused, Colours::Luminance] {
+            let cut_out = [9u8, 9, 9, 0, 9, 9, 9, 255, 9, 9, 9, 255];
+            assert!(drawn(&cut_out, 4, 255, colours).is_none());
+            assert!(drawn(&drawing[..2], 2, 255, colours).is_none());
+        }
     }
 
     #[test]
