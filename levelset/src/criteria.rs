@@ -207,10 +207,10 @@ const CRITERIA: [Criterion; 44] = [
     },
     Criterion {
         cause: Cause::GreyValues,
-        figure: "share of the object that is grey, two samples or more from its boundary",
+        figure: "share of the object or of the background that is grey, two samples or more from the boundary",
         limit: Limit::AtMost(0.2),
         reason: "A mask has two levels, and others at smoothed boundaries only. Grey values deep \
-                 inside the object are those of a scan, of which half white is not a boundary.",
+                 inside the object or the background are those of a scan, of which half white is not a boundary.",
         remedy: "segment the image (`shapespace segment`), or apply a threshold to it",
     },
     Criterion {

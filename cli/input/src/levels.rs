@@ -2,25 +2,31 @@
 
 use super::{Image, LEVEL};
 
-/// Values of an object above this are white.
+/// Values of an object above this are white, and of a background below this black.
 const WHITE: f64 = 0.9;
+const BLACK: f64 = 0.1;
 /// Distance from the boundary, in samples along every axis, up to which grey values are those of a
 /// smoothed boundary.
 const EDGE: usize = 2;
 
 /// The share of the object's samples that are grey although the object continues two samples
-/// further in every direction: none in a mask with smoothed boundaries, most in a grey image.
+/// further in every direction, or that of the background: none in a mask with smoothed boundaries, most in a grey image.
 pub fn grey_share<const D: usize>(image: &Image<D>) -> f64 {
-    let inside = |value: &f64| *value > LEVEL;
-    let grey = image.values.iter().enumerate().filter(|(index, value)| {
-        (LEVEL..WHITE).contains(value) && is_deep(image, image.sample(*index))
-    });
-    let object = image.values.iter().filter(inside).count();
-    grey.count() as f64 / object.max(1) as f64
+    let share_of = |object: bool, grey: [f64; 2]| {
+        let samples = || image.values.iter().enumerate();
+        let own = samples().filter(|(_, value)| (*value > LEVEL) == object);
+        let grey = samples().filter(|(index, value)| {
+            (grey[0]..=grey[1]).contains(value)
+                && (*value > LEVEL) == object
+                && is_deep(image, image.sample(*index), object)
+        });
+        grey.count() as f64 / own.count().max(1) as f64
+    };
+    share_of(true, [LEVEL, WHITE]).max(share_of(false, [BLACK, LEVEL]))
 }
 
-/// Whether all samples around one lie in the object. What lies beyond the image is unknown.
-fn is_deep<const D: usize>(image: &Image<D>, sample: [usize; D]) -> bool {
+/// Whether all samples around one lie in the object, or in the background. What lies beyond the image is unknown.
+fn is_deep<const D: usize>(image: &Image<D>, sample: [usize; D], object: bool) -> bool {
     let side = 2 * EDGE + 1;
     (0..side.pow(D as u32)).all(|mut number| {
         let mut near = sample;
@@ -34,7 +40,7 @@ fn is_deep<const D: usize>(image: &Image<D>, sample: [usize; D]) -> bool {
             near[k] = i;
             number /= side;
         }
-        image.values.get(image.index(near)) > LEVEL
+        (image.values.get(image.index(near)) > LEVEL) == object
     })
 }
 
@@ -79,5 +85,11 @@ mod tests {
             .collect::<Vec<_>>()
             .into();
         assert_eq!(grey_share(&scan), 1.0);
+        // A white object before grey, with a smoothed boundary: half white lies farther out than the boundary.
+        let mut before_grey = disk(3.0);
+        let values = before_grey.values.iter();
+        let values: Vec<f64> = values.map(|value| 0.4 + 0.6 * value).collect();
+        before_grey.values = values.into();
+        assert!(grey_share(&before_grey) > 0.9);
     }
 }

@@ -28,6 +28,8 @@ const PROMISING_TURN: f64 = 1.15;
 /// It is taken if its energy is less than these multiples of that of the best other one: on the last coarse grid, where what
 /// tells paths in different valleys apart by less than a tenth is often the grid, and on the next one.
 const CLEARLY_LESS: [f64; 2] = [0.9, 0.95];
+/// The other one is minimised on the finest grid, too, if its energy on the next is less than this multiple.
+const STILL_A_RIVAL: f64 = 1.5;
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
@@ -199,8 +201,12 @@ impl<'a, const D: usize> Search<'a, D> {
                 }
             }
         }
+        let mut rival = None;
         if let Some(other) = as_it_is {
-            found = self.better_on_next(found, other, observer)?;
+            (found, rival) = self.better_on_next(found, other, observer)?;
+        }
+        if let Some(rival) = rival {
+            found = self.better_on_finest(found, rival, observer)?;
         }
         self.finish(found, observer)
     }
@@ -318,22 +324,45 @@ impl<'a, const D: usize> Search<'a, D> {
         Ok(turned.filter(|turned| turned.is_better(found, CLEARLY_LESS[0])))
     }
 
-    /// The first one of two paths, if it is clearly better on the next finer grid, too, and else the other one.
+    /// The first one of two paths, if it is clearly better on the next finer grid, too, and else the other one; with the
+    /// other one in the first case, if it may become better on finer grids.
     fn better_on_next(
         &mut self,
         found: Candidate<D>,
         other: Candidate<D>,
         observer: &mut dyn Observer,
-    ) -> Result<Candidate<D>, GeodesicError> {
+    ) -> Result<(Candidate<D>, Option<Candidate<D>>), GeodesicError> {
         let Some(next) = self.fine.first().map(coarsely).filter(|_| !self.ended()) else {
-            return Ok(found);
+            return Ok((found, None));
         };
         let mut on_next = |path: Candidate<D>| {
             self.minimise(path.domain, path.path, &[next], 1.0, &mut *observer)
         };
         let [found, other] = [on_next(found)?, on_next(other)?];
-        let better = self.ended() || found.is_better(&other, CLEARLY_LESS[1]);
-        Ok(if better { found } else { other })
+        if !self.ended() && !found.is_better(&other, CLEARLY_LESS[1]) {
+            return Ok((other, None));
+        }
+        let is_rival = other.path.total < STILL_A_RIVAL * found.path.total;
+        Ok((found, Some(other).filter(|_| is_rival)))
+    }
+
+    /// The better one of two paths on the finest grid.
+    fn better_on_finest(
+        &mut self,
+        found: Candidate<D>,
+        rival: Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        if self.ended() {
+            return Ok(found);
+        }
+        let levels = std::mem::take(&mut self.fine);
+        let rival = self.minimise(rival.domain, rival.path, &levels, 1.0, observer)?;
+        if self.ended() {
+            return Ok(found);
+        }
+        let found = self.minimise(found.domain, found.path, &levels, 1.0, observer)?;
+        Ok(if self.ended() { found } else { found.or(rival) })
     }
 
     /// The least energy of a path that was minimised on a level.
