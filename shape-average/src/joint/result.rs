@@ -178,7 +178,7 @@ pub(super) fn solid_share<const D: usize>(
 }
 
 /// The share of the nodes with `v < 1/2`, of those that are reached, from which it is farther than a spacing to where a
-/// phase field that was pushed forward is below one half.
+/// phase field that was pushed forward is below one half; 0 where there are none.
 pub(super) fn unmatched_share<const D: usize>(
     average: &ScalarField<f64, D>,
     mut pushed: ScalarField<f64, D>,
@@ -189,19 +189,22 @@ pub(super) fn unmatched_share<const D: usize>(
         *v = 0.5 - *v;
     }
     let depth = match signed_distance(&pushed, 0.0) {
-        Ok(depth) => depth,
-        // No edges, or nothing else.
+        Ok(depth) => Some(depth),
         Err(LevelsetError::FullObject { .. }) => return 0.0,
-        Err(_) => return 1.0,
+        // No edges.
+        Err(_) => None,
     };
-    let (mut edges, mut unmatched) = (0.0f64, 0.0);
-    for (node, (v, depth)) in average.as_slice().iter().zip(depth.as_slice()).enumerate() {
-        if *v < 0.5 && reached(node) {
-            edges += 1.0;
-            unmatched += f64::from(u8::from(*depth < -spacing));
-        }
+    let edges = average.as_slice().iter().enumerate();
+    let edges = edges.filter(|(node, v)| **v < 0.5 && reached(*node));
+    let (mut all, mut unmatched) = (0.0f64, 0.0);
+    for (node, _) in edges {
+        let far = depth
+            .as_ref()
+            .is_none_or(|depth| depth.as_slice()[node] < -spacing);
+        all += 1.0;
+        unmatched += f64::from(u8::from(far));
     }
-    unmatched / edges.max(1.0)
+    unmatched / all.max(1.0)
 }
 
 /// The Dice overlap of the nodes where two phase fields are below one half; 0 for fields without edges, of which
