@@ -63,21 +63,23 @@ impl<const D: usize> Turn<D> {
     /// than half a radian apart from each other and from none; none are much worse than none, and none differ from another
     /// by a rotation that maps one of the shapes to itself. Shapes that fit as they are have none.
     pub fn several(from: &ScalarField<f64, D>, to: &ScalarField<f64, D>, most: usize) -> Vec<Self> {
-        let fit = Fit::new(from, to, Some(BLUR));
-        let onto_itself = [from, to].map(|shape| Fit::new(shape, shape, None));
-        let (Some(fit), [Some(first), Some(second)]) = (fit, onto_itself) else {
+        let Some(fit) = Fit::new(from, to, Some(BLUR)) else {
             return Vec::new();
         };
         let as_it_is = fit.mismatch(&SMatrix::identity());
         if as_it_is <= FITTING {
             return Vec::new();
         }
+        let onto_itself = [from, to].map(|shape| Fit::new(shape, shape, None));
+        let [Some(first), Some(second)] = onto_itself else {
+            return Vec::new();
+        };
         let all = covering_rotations().into_iter();
         let mut all: Vec<_> = all.map(|r| (fit.mismatch(&r), r)).collect();
         all.retain(|(mismatch, _)| *mismatch <= SIMILAR * as_it_is);
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut known, mut list) = (vec![SMatrix::identity()], Vec::new());
-        let mut listed = known.clone();
+        let none = SMatrix::identity();
+        let (mut known, mut list) = (vec![none], Vec::<Self>::new());
         for tried in all {
             let is_known = |rotation: &SMatrix<f64, D, D>| {
                 known
@@ -99,10 +101,10 @@ impl<const D: usize> Turn<D> {
                 ];
                 apart.iter().any(|mismatch| *mismatch <= FITTING)
             };
+            let mut listed = list.iter().map(|turn| turn.motion.rotation());
             // On the slope of another minimum, or the same but for a symmetry.
-            if !is_known(&best.1) && !listed.iter().any(is_the_same) {
+            if !is_known(&best.1) && !is_the_same(&none) && !listed.any(is_the_same) {
                 list.push(fit.turn(best, as_it_is));
-                listed.push(best.1);
             }
             known.extend([tried.1, best.1]);
         }

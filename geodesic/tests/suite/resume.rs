@@ -91,7 +91,6 @@ fn check<const D: usize>(ends: &[Shape<D>; 2], params: &GeodesicParams) -> usize
 fn paths_of_a_domain_resume_to_the_same_bits() {
     let params = GeodesicParams {
         steps: 3,
-        tolerance: 1e-3,
         ..GeodesicParams::default()
     };
     check(&[bone::<2>(5, -0.05), bone(5, 0.1)], &params);

@@ -160,35 +160,36 @@ pub(super) fn solid_share<const D: usize>(
     phase_field: &ScalarField<f64, D>,
     interface_width: f64,
 ) -> f64 {
-    let mut edges = phase_field.clone();
-    for v in edges.as_mut_slice() {
-        *v = 0.5 - *v;
-    }
-    let Ok(depth) = signed_distance(&edges, 0.0) else {
-        // No edges, or nothing else.
-        return if edges.as_slice().iter().all(|v| *v > 0.0) {
-            1.0
-        } else {
-            0.0
-        };
+    let depth = match depth_in_edges(phase_field.clone()) {
+        Ok(depth) => depth,
+        Err(LevelsetError::FullObject { .. }) => return 1.0,
+        // No edges.
+        Err(_) => return 0.0,
     };
     let deep = 2.0 * 2.0 * interface_width * std::f64::consts::LN_2;
     let count = |least: f64| depth.as_slice().iter().filter(|d| **d > least).count();
     count(deep) as f64 / count(0.0).max(1) as f64
 }
 
+/// The signed distance to where a phase field is one half, positive on its edges.
+fn depth_in_edges<const D: usize>(
+    mut phase_field: ScalarField<f64, D>,
+) -> Result<ScalarField<f64, D>, LevelsetError> {
+    for v in phase_field.as_mut_slice() {
+        *v = 0.5 - *v;
+    }
+    signed_distance(&phase_field, 0.0)
+}
+
 /// The share of the nodes with `v < 1/2`, of those that are reached, from which it is farther than a spacing to where a
 /// phase field that was pushed forward is below one half; 0 where there are none.
 pub(super) fn unmatched_share<const D: usize>(
     average: &ScalarField<f64, D>,
-    mut pushed: ScalarField<f64, D>,
+    pushed: ScalarField<f64, D>,
     reached: impl Fn(usize) -> bool,
 ) -> f64 {
     let spacing = average.grid().spacing();
-    for v in pushed.as_mut_slice() {
-        *v = 0.5 - *v;
-    }
-    let depth = match signed_distance(&pushed, 0.0) {
+    let depth = match depth_in_edges(pushed) {
         Ok(depth) => Some(depth),
         Err(LevelsetError::FullObject { .. }) => return 0.0,
         // No edges.

@@ -340,7 +340,7 @@ fn finish<const D: usize>(
         unmatched_shares.push(unmatched_share(&average, edges, is_reached));
         let seen = inverse.push_forward(image, 0.0);
         for node in 0..n {
-            if inverse.position(node).is_some() {
+            if is_reached(node) {
                 sum.as_mut_slice()[node] += seen.as_slice()[node];
                 reached[node] += 1.0;
             }
